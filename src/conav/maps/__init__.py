@@ -1,0 +1,1 @@
+"""Maps: the occupancy grid, its readers and writers, and the built-in maps."""
