@@ -1,1 +1,72 @@
-"""Multi-robot coordination in unknown 2-D environments: explore, plan, pursue."""
+"""Multi-robot coordination in unknown 2-D environments: explore, plan, pursue.
+
+    >>> import conav
+    >>> found = conav.explore("maze", robots=2, seed=1)
+    >>> str(found.status), found.metrics.coverage
+    ('done', 1.0)
+
+Importing conav imports nothing else; each name below is loaded when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from conav.errors import InputError
+    from conav.exploration.verify import verify_exploration
+    from conav.maps.builtin.catalogue import builtin_map
+    from conav.maps.occupancy_grid import OccupancyGrid
+    from conav.maps.read_map import read_map
+    from conav.maps.ros_map_server import write_ros_map
+    from conav.pictures.animation import save_animation
+    from conav.pictures.still import save_still
+    from conav.runs.reader import read_run, repair_run
+    from conav.simulation.explore import Exploration, explore
+    from conav.status import Status
+
+_PUBLIC = {
+    "Exploration": "conav.simulation.explore",
+    "InputError": "conav.errors",
+    "OccupancyGrid": "conav.maps.occupancy_grid",
+    "Status": "conav.status",
+    "builtin_map": "conav.maps.builtin.catalogue",
+    "explore": "conav.simulation.explore",
+    "read_map": "conav.maps.read_map",
+    "read_run": "conav.runs.reader",
+    "repair_run": "conav.runs.reader",
+    "save_animation": "conav.pictures.animation",
+    "save_still": "conav.pictures.still",
+    "verify_exploration": "conav.exploration.verify",
+    "write_ros_map": "conav.maps.ros_map_server",
+}
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Exploration",
+    "InputError",
+    "OccupancyGrid",
+    "Status",
+    "__version__",
+    "builtin_map",
+    "explore",
+    "read_map",
+    "read_run",
+    "repair_run",
+    "save_animation",
+    "save_still",
+    "verify_exploration",
+    "write_ros_map",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PUBLIC:
+        value = getattr(import_module(_PUBLIC[name]), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'conav' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,20 @@
+"""The command and its subcommands. Importing this imports no numerics: help must be quick."""
+
+from cyclopts import App
+
+from conav import __version__
+from conav.cli.explore import explore
+from conav.cli.maps import maps
+from conav.cli.repair import repair
+from conav.cli.verify import verify
+
+app = App(
+    name="conav",
+    help="Multi-robot coordination in unknown 2-D environments: repeatable runs, verified results.",
+    version=__version__,
+    help_format="plaintext",
+)
+app.command(explore)
+app.command(maps)
+app.command(verify)
+app.command(repair)

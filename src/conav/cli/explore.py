@@ -1,0 +1,217 @@
+"""`conav explore`."""
+
+import json as json_module
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from conav.errors import InputError
+
+
+def explore(
+    map: str,
+    /,
+    *,
+    robots: int = 3,
+    strategy: str = "nearest",
+    set: Annotated[list[str] | None, Parameter(negative="")] = None,
+    range: float = 7.0,
+    cell: float | None = None,
+    radius: float = 0.1,
+    speed: float = 0.5,
+    resolution: float | None = None,
+    motion: str = "8-connected",
+    sensor: str = "range",
+    radio: str = "perfect",
+    starts: str | None = None,
+    outside: Annotated[bool, Parameter(negative="")] = False,
+    outside_folder: Annotated[bool, Parameter(negative="")] = False,
+    seed: int = 0,
+    max_time: float = 36_000.0,
+    out: Path | None = None,
+    png: Path | None = None,
+    gif: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Let a team of robots explore a map none of them knows.
+
+    Parameters
+    ----------
+    map
+        A map file (ROS map_server yaml, picture, MovingAI .map, ASCII .txt) or a built-in map's
+        name; conav maps lists those.
+    robots
+        How many robots.
+    strategy
+        The exploration strategy.
+    set
+        A setting of the strategy, name=value; may be repeated.
+    range
+        Sensor range [m].
+    cell
+        Side of a planning cell [m]; robots stand at its centre. Default: the smallest multiple of
+        the map's resolution in which robots pass each other round a corner.
+    radius
+        Radius of a robot [m].
+    speed
+        Top speed of a robot [m/s].
+    resolution
+        Metres per pixel: needed for a bare picture, optional for other maps without a scale.
+    motion
+        4-connected, 8-connected or forward-turn (a turn costs a step).
+    sensor
+        range (360 degrees, walls block sight) or disc (sees through walls).
+    radio
+        perfect, or a range [m] within which robots hear each other.
+    starts
+        Where robots start, metres in the map frame: "x,y x,y ...". Default: together at a random
+        place.
+    outside
+        Start in the largest free part even when it looks like the outside of a building.
+    outside_folder
+        Let a map's yaml name a picture outside its own folder.
+    seed
+        Seed of everything random: starts, strategies and the layout of a built-in map.
+    max_time
+        Simulated time after which the run ends [s].
+    out
+        Write the run to this .mcap file (read by conav verify and by ROS 2 tools).
+    png
+        Write a picture of the end of the run.
+    gif
+        Write an animated picture of the run.
+    json
+        Print one JSON object instead of the summary.
+    quiet
+        Print nothing but errors.
+    """
+    settings = _settings(set or [])
+    for path, suffix in ((png, ".png"), (gif, ".gif")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
+        if path is not None and not path.parent.is_dir():
+            raise InputError(path, "lies in a folder that does not exist", "make the folder first")
+    points = None if starts is None else parse_points("--starts", starts)
+
+    import tempfile
+
+    from conav.cli.progress import ExplorationProgress
+    from conav.simulation.explore import explore as run
+
+    with tempfile.TemporaryDirectory(prefix="conav-") as folder:
+        # Pictures are drawn from the run file; without --out it is a temporary one.
+        target = out
+        if target is None and (png is not None or gif is not None):
+            target = Path(folder) / "run.mcap"
+        with ExplorationProgress(shown=not quiet) as progress:
+            done = run(
+                map,
+                strategy=strategy,
+                settings=settings,
+                out=target,
+                progress=progress.step,
+                robots=robots,
+                range_m=range,
+                cell_m=cell,
+                radius_m=radius,
+                speed_mps=speed,
+                resolution=resolution,
+                motion=motion,
+                sensor=sensor,
+                radio=radio,
+                starts=points,
+                outside=outside,
+                outside_folder=outside_folder,
+                seed=seed,
+                max_time_s=max_time,
+            )
+        for warning in done.warnings if not quiet else ():
+            print(f"conav: warning: {warning}", file=sys.stderr)
+        if target is not None and (png is not None or gif is not None):
+            _draw(target, png, gif)
+    if json:
+        summary = done.summary()
+        summary["run"] = str(out) if out is not None else None
+        _print_json(summary)
+    elif not quiet:
+        _print_summary(done, out, png, gif)
+    return 0 if done.status == "done" else 1
+
+
+def parse_points(place: str, text: str) -> list[tuple[float, float]]:
+    """The points of "x,y x,y ..."; points may also be parted by semicolons.
+
+    >>> parse_points("--starts", "1,2 3.5,-4")
+    [(1.0, 2.0), (3.5, -4.0)]
+    """
+    points: list[tuple[float, float]] = []
+    for part in text.replace(";", " ").split():
+        numbers = part.split(",")
+        try:
+            x, y = (float(number) for number in numbers)
+        except ValueError:
+            raise InputError(
+                place, f"{part!r} is not x,y", 'write metres as "x,y x,y", for example "1,2 1.5,2"'
+            ) from None
+        points.append((x, y))
+    return points
+
+
+def _settings(pairs: list[str]) -> dict[str, str]:
+    settings: dict[str, str] = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals or not name:
+            raise InputError(f"--set {pair}", "is not name=value", "write --set name=value")
+        settings[name.strip().replace("-", "_")] = value.strip()
+    return settings
+
+
+def _draw(run_file: Path, png: Path | None, gif: Path | None) -> None:
+    from conav.pictures.animation import save_animation
+    from conav.pictures.still import save_still
+    from conav.runs.reader import read_run
+
+    run = read_run(run_file)
+    if png is not None:
+        save_still(run, png)
+    if gif is not None:
+        save_animation(run, gif)
+
+
+def _print_json(content: dict[str, Any]) -> None:
+    print(json_module.dumps(content, allow_nan=False))
+
+
+def _print_summary(done: Any, out: Path | None, png: Path | None, gif: Path | None) -> None:
+    summary = done.summary()
+    metrics = done.metrics
+    grid = done.problem.plan.grid
+    team = f"{summary['robots']} robots" if summary["robots"] > 1 else "1 robot"
+    print(
+        f"{grid.name}, {grid.width_m:g} x {grid.height_m:g} m: {team}, {done.strategy}, "
+        f"seed {summary['seed']}"
+    )
+    area = done.result.observable * grid.resolution**2
+    how = "interrupted" if done.result.interrupted else summary["status"].replace("_", " ")
+    print(
+        f"  {how}: {100 * metrics.coverage:.4g} % of {area:.4g} m2 seen in {metrics.time_s:.4g} s "
+        f"({metrics.steps} steps of {done.problem.step_s:.3g} s)"
+    )
+    times = ((90, metrics.t90_s), (95, metrics.t95_s), (99, metrics.t99_s), (100, metrics.t100_s))
+    reached = [f"{share} % after {time:.4g} s" for share, time in times if time is not None]
+    print("  " + (", ".join(reached) if reached else "90 % not reached"))
+    lengths = ", ".join(f"{length:.4g}" for length in metrics.path_m[:8])
+    more = f" and {len(metrics.path_m) - 8} more" if len(metrics.path_m) > 8 else ""
+    print(f"  paths {lengths}{more} m; overlap {metrics.overlap:.3g}")
+    print(
+        f"  {metrics.messages} messages, {metrics.bytes / 1e3:.4g} kB; "
+        f"{done.result.decision_ms['mean']:.2g} ms a decision; "
+        f"computed in {done.result.compute_s:.3g} s"
+    )
+    for what, path in (("run file", out), ("picture", png), ("animation", gif)):
+        if path is not None:
+            print(f"  {what}: {path}")

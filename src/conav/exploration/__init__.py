@@ -1,0 +1,1 @@
+"""Exploration: what a mind sees, the strategies, their catalogue, metrics and the verifier."""

@@ -1,0 +1,286 @@
+"""What a robot believes of the map, kept up to date scan by scan.
+
+Beside the fine cells a belief keeps three layers that follow from them and cost little to keep
+current, because a scan changes few cells:
+- `frontier`: free fine cells with an unknown straight neighbour (Yamauchi 1997);
+- `frontier_count`: how many of these lie in each planning cell, or, where the disc is larger than a
+  cell, within the disc's reach of it; and `targets`: the planning cells with some where no scan was
+  made yet (a sensor that looks twice from one place sees no more);
+- `moves`: the moves between planning cells the robot knows it can make: the true ones whose swept
+  disc holds no unknown cell centre.
+"""
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.compiled import kernel
+from conav.geometry.clearance import capsule_is_known
+from conav.geometry.directions import DCOL, DROW
+from conav.maps.occupancy_grid import FREE, UNKNOWN
+from conav.maps.planning_grid import PlanningGrid
+
+_LAYERS = ("_cells", "_frontier", "_count", "_targets", "_moves", "_open", "_stood")
+
+
+class Belief:
+    """A mutable belief over a planning grid. Minds get it with all arrays locked.
+
+    Robots that hold the same scans hold the same belief, so they may share one object; nothing of
+    who shares with whom can be seen from inside.
+    """
+
+    __slots__ = (
+        "_cells",
+        "_count",
+        "_frontier",
+        "_moves",
+        "_open",
+        "_stood",
+        "_targets",
+        "cells",
+        "frontier",
+        "frontier_count",
+        "known",
+        "known_open",
+        "moves",
+        "opened",
+        "stood",
+        "targets",
+    )
+
+    def __init__(self, plan: PlanningGrid) -> None:
+        fine = plan.walls.shape
+        coarse = plan.moves.shape
+        self._cells = np.full(fine, UNKNOWN, dtype=np.uint8)
+        self._frontier = np.zeros(fine, dtype=np.uint8)
+        self._count = np.zeros(coarse, dtype=np.int32)
+        self._targets = np.zeros(coarse, dtype=np.uint8)
+        self._moves = np.zeros(coarse, dtype=np.uint8)
+        self._open = np.zeros(coarse, dtype=np.uint8)
+        self._stood = np.zeros(coarse, dtype=np.uint8)
+        self.opened = 0  # planning cells known to be standable
+        self.known = 0  # fine cells known; grows exactly when the content changes
+        self._lock()
+
+    def _lock(self) -> None:
+        self.cells = _locked(self._cells)  # (fine rows, fine cols) FREE, OCCUPIED or UNKNOWN
+        self.frontier = _locked(self._frontier)  # (fine rows, fine cols) 0 or 1
+        self.frontier_count = _locked(self._count)  # (rows, cols) frontier cells inside
+        self.targets = _locked(self._targets)  # (rows, cols) 1: frontier inside, no scan from here
+        self.moves = _locked(self._moves)  # (rows, cols) bit k: known move in direction k
+        self.known_open = _locked(self._open)  # (rows, cols) 1: known to be standable
+        self.stood = _locked(self._stood)  # (rows, cols) 1: a scan from here is held
+
+    def copy(self) -> "Belief":
+        """An independent belief with the same content."""
+        other = object.__new__(Belief)
+        for name in _LAYERS:
+            setattr(other, name, getattr(self, name).copy())
+        other.opened, other.known = self.opened, self.known
+        other._lock()
+        return other
+
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        arrays = tuple(getattr(self, name) for name in _LAYERS)
+        return (_restore, (arrays, self.opened, self.known))
+
+    def hear(
+        self,
+        plan: PlanningGrid,
+        cell: int,
+        seen: NDArray[np.int32],
+        scratch: NDArray[np.int32],
+    ) -> int:
+        """The number of fine cells new to this belief in a scan made at planning cell `cell`.
+
+        `seen` holds flat fine indices; `scratch` is `new_scratch(plan)`.
+        """
+        self._stood.reshape(-1)[cell] = 1
+        self._targets.reshape(-1)[cell] = 0
+        if len(seen) == 0:
+            return 0
+        fresh, opened = _integrate(
+            plan.walls,
+            plan.moves,
+            plan.standable,
+            plan.lattice.row_of,
+            plan.lattice.col_of,
+            plan.lattice.ratio,
+            plan.radius_fine,
+            self._cells,
+            self._frontier,
+            self._count,
+            self._targets,
+            self._stood,
+            self._moves,
+            self._open,
+            seen,
+            scratch,
+        )
+        self.known += fresh
+        self.opened += opened
+        return fresh
+
+
+def _restore(arrays: tuple[NDArray[np.uint8], ...], opened: int, known: int) -> Belief:
+    belief = object.__new__(Belief)
+    for name, array in zip(_LAYERS, arrays, strict=True):
+        setattr(belief, name, array)
+    belief.opened, belief.known = opened, known
+    belief._lock()  # pyright: ignore[reportPrivateUsage]
+    return belief
+
+
+T = TypeVar("T", bound=np.generic)
+
+
+def _locked(array: NDArray[T]) -> NDArray[T]:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def new_scratch(plan: PlanningGrid) -> NDArray[np.int32]:
+    """Working space for `Belief.hear`; may be shared by every belief over the same plan."""
+    # Per planning cell a stamp and a place in the list of touched cells, and the stamp counter.
+    return np.zeros(2 * plan.moves.size + 1, dtype=np.int32)
+
+
+@kernel
+def _is_frontier(cells: NDArray[np.uint8], r: int, c: int) -> bool:
+    if cells[r, c] != FREE:
+        return False
+    rows, cols = cells.shape
+    return (
+        (c + 1 < cols and cells[r, c + 1] == UNKNOWN)
+        or (c > 0 and cells[r, c - 1] == UNKNOWN)
+        or (r + 1 < rows and cells[r + 1, c] == UNKNOWN)
+        or (r > 0 and cells[r - 1, c] == UNKNOWN)
+    )
+
+
+@kernel
+def _integrate(
+    walls: NDArray[np.uint8],
+    true_moves: NDArray[np.uint8],
+    standable: NDArray[np.uint8],
+    row_of: NDArray[np.int32],
+    col_of: NDArray[np.int32],
+    ratio: float,
+    radius: float,
+    cells: NDArray[np.uint8],
+    frontier: NDArray[np.uint8],
+    count: NDArray[np.int32],
+    targets: NDArray[np.uint8],
+    stood: NDArray[np.uint8],
+    moves: NDArray[np.uint8],
+    known_open: NDArray[np.uint8],
+    seen: NDArray[np.int32],
+    scratch: NDArray[np.int32],
+) -> tuple[int, int]:
+    """How many fine cells became known and how many planning cells known to be standable."""
+    fine_rows, fine_cols = cells.shape
+    rows, cols = moves.shape
+    size = rows * cols
+    stamp = scratch[2 * size] + 1
+    scratch[2 * size] = stamp
+    touched = 0
+    fresh = 0
+    # A fine cell matters to discs and swept discs of planning cells this far around its own.
+    reach = int(np.ceil(max(0.0, radius - 0.5 * ratio) / ratio))
+    spread = 1 + reach
+    for i in range(seen.shape[0]):
+        r = seen[i] // fine_cols
+        c = seen[i] - r * fine_cols
+        if cells[r, c] != UNKNOWN:
+            continue
+        cells[r, c] = walls[r, c]
+        fresh += 1
+        pr = row_of[r]
+        pc = col_of[c]
+        centre = pr * cols + pc
+        # One stamp in the middle stands for the whole neighbourhood.
+        if scratch[centre] != stamp:
+            scratch[centre] = stamp
+            scratch[size + touched] = centre
+            touched += 1
+    if fresh == 0:
+        return 0, 0
+    for i in range(seen.shape[0]):
+        r = seen[i] // fine_cols
+        c = seen[i] - r * fine_cols
+        for k in range(5):
+            r2 = r + (DROW[k] if k < 4 else 0)
+            c2 = c + (DCOL[k] if k < 4 else 0)
+            if r2 < 0 or r2 >= fine_rows or c2 < 0 or c2 >= fine_cols:
+                continue
+            now = 1 if _is_frontier(cells, r2, c2) else 0
+            if now != frontier[r2, c2]:
+                frontier[r2, c2] = now
+                pr = row_of[r2]
+                pc = col_of[c2]
+                for r3 in range(max(pr - reach, 0), min(pr + reach, rows - 1) + 1):
+                    for c3 in range(max(pc - reach, 0), min(pc + reach, cols - 1) + 1):
+                        count[r3, c3] += 2 * now - 1
+                        targets[r3, c3] = 1 if count[r3, c3] > 0 and stood[r3, c3] == 0 else 0
+    # Spread the touched planning cells to their neighbourhood, each once.
+    direct = touched
+    for i in range(direct):
+        pr = scratch[size + i] // cols
+        pc = scratch[size + i] % cols
+        for r2 in range(max(pr - spread, 0), min(pr + spread, rows - 1) + 1):
+            for c2 in range(max(pc - spread, 0), min(pc + spread, cols - 1) + 1):
+                index = r2 * cols + c2
+                if scratch[index] != stamp:
+                    scratch[index] = stamp
+                    scratch[size + touched] = index
+                    touched += 1
+    # Where planning cells are the fine cells and the disc stays inside one, the centre is all a
+    # robot has to know of a cell, and both ends all it has to know of a move.
+    bare = ratio == 1.0 and radius < 0.5
+    opened = 0
+    for i in range(touched):
+        pr = scratch[size + i] // cols
+        pc = scratch[size + i] % cols
+        if standable[pr, pc] == 0 or known_open[pr, pc] == 1:
+            continue
+        x = (pc + 0.5) * ratio
+        y = (pr + 0.5) * ratio
+        if cells[min(int(y), fine_rows - 1), min(int(x), fine_cols - 1)] != UNKNOWN and (
+            bare or capsule_is_known(cells, UNKNOWN, x, y, x, y, radius)
+        ):
+            known_open[pr, pc] = 1
+            opened += 1
+    for i in range(touched):
+        pr = scratch[size + i] // cols
+        pc = scratch[size + i] % cols
+        if known_open[pr, pc] == 0:
+            continue
+        missing = true_moves[pr, pc] & ~moves[pr, pc]
+        if missing == 0:
+            continue
+        # One of the two directions of each pair is enough: both ends of a move are touched.
+        for k in (0, 1, 4, 5):
+            if missing & (1 << k) == 0:
+                continue
+            r2 = pr + DROW[k]
+            c2 = pc + DCOL[k]
+            if k >= 4 and (known_open[r2, pc] == 0 or known_open[pr, c2] == 0):
+                continue  # a diagonal is possible only where both its corner cells are standable
+            if known_open[r2, c2] == 1 and (
+                bare
+                or capsule_is_known(
+                    cells,
+                    UNKNOWN,
+                    (pc + 0.5) * ratio,
+                    (pr + 0.5) * ratio,
+                    (c2 + 0.5) * ratio,
+                    (r2 + 0.5) * ratio,
+                    radius,
+                )
+            ):
+                moves[pr, pc] |= 1 << k
+                moves[r2, c2] |= 1 << (k + 2)
+    return fresh, opened

@@ -1,0 +1,126 @@
+"""Nearest frontier without coordination (Yamauchi 1998)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.belief import Belief
+from conav.exploration.types import Action, TeamView
+from conav.exploration.viewpoints import HopelessCells, beside_frontier, nearest_viewpoint
+from conav.geometry.directions import DCOL, DROW
+from conav.geometry.grid_search import SearchSpace, path_to, search, search_space
+from conav.maps.occupancy_grid import UNKNOWN
+from conav.messages.message import Message
+
+_NO_PATH = np.empty(0, dtype=np.int8)
+
+
+@dataclass
+class NearestMemory:
+    """Where the robot is going."""
+
+    goal: int = -1  # planning cell, -1 for none
+    looks_for: int = -1  # unknown fine cell the goal may see, -1 when the goal has a frontier near
+    path: NDArray[np.int8] = field(default_factory=lambda: _NO_PATH)  # moves, the last one first
+    beside: bool = False  # the frontier is in a neighbour of the goal
+    left: int = 0  # moves of the path still to make
+    here: int = -1  # planning cell from which they start
+    idle_since: int = -1  # cells known when nothing was left to do
+    hopeless: HopelessCells = field(default_factory=HopelessCells)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """Every robot goes to the frontier nearest to itself, by path length over what it knows.
+
+    Frontiers are shared through the map, goals are not, so several robots may choose the same one:
+    this is the uncoordinated method with shared scans of Yamauchi (Agents 1998), who takes the
+    nearest accessible, unvisited frontier. Differences: a goal is given up as soon as it is no
+    frontier any more, because with a sensor that sees far most are resolved on the way; and where
+    no frontier cell can be stood on, the robot goes to the nearest place from which an unknown cell
+    beside a frontier may be seen, which takes the place of the paper's list of inaccessible
+    frontiers and lets it finish.
+    """
+
+    keep_goal: bool = False
+    """Drive up to the goal even when its frontier has been resolved on the way."""
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> NearestMemory:
+        return NearestMemory()
+
+    def step(
+        self,
+        memory: NearestMemory,
+        view: TeamView,
+        inbox: Sequence[Message],
+        rng: np.random.Generator,
+    ) -> tuple[NearestMemory, Action, Sequence[Message]]:
+        if not self._keeps(memory, view):
+            _choose(memory, view)
+        if memory.goal < 0:
+            return memory, Action(finished=True), ()
+        return memory, Action(int(memory.path[memory.left - 1]), memory.goal), ()
+
+    def _keeps(self, memory: NearestMemory, view: TeamView) -> bool:
+        """Whether the plan in memory still holds; advances it when its next move was made."""
+        goal = memory.goal
+        belief = view.belief
+        if goal < 0:
+            return memory.idle_since == belief.known
+        if view.cell != memory.here:
+            direction = int(memory.path[memory.left - 1])
+            if view.cell != memory.here + DROW[direction] * view.lattice.cols + DCOL[direction]:
+                return False  # pushed off the path
+            memory.here = view.cell
+            memory.left -= 1
+        if memory.left == 0 or belief.stood.item(goal):
+            return False
+        return self.keep_goal or _wanted(memory, belief)
+
+
+def _wanted(memory: NearestMemory, belief: Belief) -> bool:
+    """Whether the goal still promises something new."""
+    if memory.looks_for >= 0:
+        return belief.cells.item(memory.looks_for) == UNKNOWN
+    if belief.targets.item(memory.goal):
+        return True
+    row, col = divmod(memory.goal, belief.stood.shape[1])
+    around = belief.frontier_count[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2]
+    return memory.beside and bool(around.any())
+
+
+def _choose(memory: NearestMemory, view: TeamView) -> None:
+    """Set the nearest goal and the path to it, or none."""
+    belief = view.belief
+    space = search_space(belief.moves.size)
+    memory.looks_for = -1
+    memory.beside = False
+    goal = _search(belief, view.cell, belief.targets, space)
+    if goal < 0 and belief.frontier_count.any():
+        memory.beside = True
+        goal = _search(belief, view.cell, beside_frontier(belief), space)
+        if goal < 0:
+            # The search went everywhere the robot can go, so its distances serve here.
+            goal, memory.looks_for = nearest_viewpoint(
+                belief, view.lattice, view.body.sensor, space, memory.hopeless
+            )
+    memory.goal = goal
+    if goal < 0:
+        memory.idle_since = belief.known
+        return
+    memory.here = view.cell
+    memory.path, memory.left = path_to(space, view.lattice.cols, goal)
+
+
+def _search(belief: Belief, start: int, goals: NDArray[np.uint8], space: SearchSpace) -> int:
+    return search(
+        belief.moves,
+        start,
+        goals,
+        space.stamp,
+        space.distance,
+        space.parent,
+        space.buckets,
+    )

@@ -1,0 +1,80 @@
+"""The nouns of exploration: the problem, what a mind sees, what it answers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.belief import Belief
+from conav.geometry.directions import STAY
+from conav.maps.planning_grid import Lattice, PlanningGrid
+from conav.messages.message import Message
+from conav.robots.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class ExplorationProblem:
+    """Everything a run depends on besides the strategy."""
+
+    plan: PlanningGrid
+    robots: tuple[Robot, ...]
+    starts: tuple[int, ...]  # planning cell of each robot, flat index
+    seed: int
+    max_time_s: float  # [s] simulated
+
+    @property
+    def step_s(self) -> float:
+        """The length of a step [s]: the fastest robot's time for one straight move."""
+        return self.plan.lattice.cell_m / max(robot.speed_mps for robot in self.robots)
+
+    @property
+    def rates(self) -> NDArray[np.float64]:
+        """Cells of travel each robot earns in a step, 1 for the fastest, shape (n_robots,)."""
+        top = max(robot.speed_mps for robot in self.robots)
+        return np.array([robot.speed_mps / top for robot in self.robots])
+
+
+class TeamView(NamedTuple):
+    """What one robot knows at one moment; its arrays are locked and change with the next step."""
+
+    step: int
+    time_s: float  # [s] simulated
+    robot: int  # its own number
+    body: Robot
+    cell: int  # planning cell it stands on, flat index
+    heading: int  # direction 0 to 3 it faces
+    belief: Belief
+    lattice: Lattice
+    heard_cell: NDArray[np.int32]  # (n_robots,) where each robot was when last heard, -1 never
+    heard_step: NDArray[np.int32]  # (n_robots,) the step of that, -1 never
+
+
+class Action(NamedTuple):
+    """What a mind wants its robot to do in this step."""
+
+    direction: int = STAY  # 0 to 7 of `conav.geometry.directions`, or STAY
+    goal: int = -1  # planning cell it is heading for, -1 none; for people and for the verifier
+    finished: bool = False  # nothing left to explore as far as it knows
+
+
+class Strategy(Protocol):
+    """An exploration strategy: frozen settings and two pure functions.
+
+    `step` does no input or output and does not change what it is given other than `memory`, which
+    is its own; all randomness comes from `rng`. Memory must pickle.
+    """
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> Any:
+        """A robot's memory before its first decision."""
+        ...
+
+    def step(
+        self, memory: Any, view: TeamView, inbox: Sequence[Message], rng: np.random.Generator
+    ) -> tuple[Any, Action, Sequence[Message]]:
+        """The new memory, the action, and messages to send now.
+
+        Called again in the same step for as long as messages arrive; the last action counts.
+        """
+        ...

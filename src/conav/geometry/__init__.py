@@ -1,0 +1,1 @@
+"""Plane geometry on grids: sight, distances, shortest paths. Functions of arrays, no nouns."""

@@ -1,0 +1,1 @@
+"""What robots say to each other, and how many bytes that takes."""

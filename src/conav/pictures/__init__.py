@@ -1,0 +1,1 @@
+"""Still and moving pictures of runs and maps, drawn from their data alone."""

@@ -1,0 +1,1 @@
+"""What a robot is: its body, motion, sensor and radio. Descriptions only."""

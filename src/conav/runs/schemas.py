@@ -1,0 +1,51 @@
+"""The message types of a run file, as ROS 2 knows them, and their CDR encoding."""
+
+from functools import cache
+from typing import Any
+
+STEP = "conav_msgs/msg/Step"
+WORLD = "conav_msgs/msg/World"
+STRING = "std_msgs/msg/String"
+GRID = "nav_msgs/msg/OccupancyGrid"
+POSE = "geometry_msgs/msg/PoseStamped"
+TF = "tf2_msgs/msg/TFMessage"
+
+DEFINITIONS = {
+    STEP: """uint32 step
+uint32[] cells
+uint8[] headings
+uint8[] looked
+uint32[] scan_ends
+uint32[] scans
+uint32[] told
+int8[] wishes
+int32[] goals
+uint8[] finished
+uint32 messages
+uint64 bytes
+""",
+    WORLD: """uint32 rows
+uint32 cols
+float64 resolution
+float64[3] origin
+uint8[] cells
+""",
+}
+
+HEADER_TOPIC = "/conav/header"
+WORLD_TOPIC = "/conav/world"
+STEP_TOPIC = "/conav/step"
+RESULT_TOPIC = "/conav/result"
+EVENT_TOPICS = (HEADER_TOPIC, WORLD_TOPIC, STEP_TOPIC, RESULT_TOPIC)
+"""The topics the digest covers and the verifier reads; the others are for ROS 2 tools."""
+
+
+@cache
+def typestore() -> Any:
+    """The rosbags type store with conav's own messages registered."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    return store

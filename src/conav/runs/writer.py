@@ -1,0 +1,292 @@
+"""Writing a run file as it happens.
+
+Every finished chunk goes to the operating system at once, and a chunk is finished at least once a
+second, so a killed process loses the last second and nothing else.
+"""
+
+import json
+import os
+from collections.abc import Sequence
+from io import RawIOBase
+from math import cos, sin
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.errors import InputError
+from conav.runs.digest import Digest
+from conav.runs.schemas import (
+    EVENT_TOPICS,
+    GRID,
+    HEADER_TOPIC,
+    POSE,
+    RESULT_TOPIC,
+    STEP,
+    STEP_TOPIC,
+    STRING,
+    TF,
+    WORLD,
+    WORLD_TOPIC,
+    typestore,
+)
+from conav.runs.types import StepRecord
+
+CHUNK_BYTES = 128 * 1024
+FLUSH_S = 1.0  # [s] wall time a chunk may stay open
+MAGIC = b"\x89MCAP0\r\n"
+
+_LATCHED = (
+    "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
+    "  deadline:\n    sec: 0\n    nsec: 0\n"
+    "  lifespan:\n    sec: 0\n    nsec: 0\n"
+    "  liveliness: 1\n  liveliness_lease_duration:\n    sec: 0\n    nsec: 0\n"
+    "  avoid_ros_namespace_conventions: false\n"
+)
+
+
+class RunWriter:
+    """Writes one run to one `.mcap` file; a context manager.
+
+    Raises `InputError` when the file cannot be written, or when something that is not a run file
+    lies at its path.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        from mcap.writer import CompressionType, Writer
+
+        self.path = Path(path)
+        self._stream = _open_for_writing(self.path)
+        self._writer = Writer(
+            cast("BinaryIO", self._stream),
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.ZSTD,
+        )
+        self._writer.start(profile="ros2", library="conav")
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._sequence: dict[str, int] = {}
+        self._store = typestore()
+        self._digest = Digest()
+        self._flushed = monotonic()
+        self._closed = False
+        types = self._store.types
+        self._step_type = types[STEP]
+        self._serialize = self._store.serialize_cdr
+
+    def __enter__(self) -> "RunWriter":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def digest(self) -> str:
+        """The digest of the events written so far."""
+        return self._digest.hex()
+
+    def header(self, header: dict[str, Any]) -> None:
+        """Write what made the run; the first event of the file."""
+        self._string(HEADER_TOPIC, 0, header)
+
+    def world(
+        self, cells: NDArray[np.uint8], resolution: float, origin: tuple[float, float, float]
+    ) -> None:
+        """Write the true map."""
+        message = self._store.types[WORLD](
+            rows=cells.shape[0],
+            cols=cells.shape[1],
+            resolution=resolution,
+            origin=np.array(origin, dtype=np.float64),
+            cells=cells.reshape(-1),
+        )
+        self._write(WORLD_TOPIC, WORLD, 0, message)
+
+    def step(self, time_ns: int, record: StepRecord) -> None:
+        """Write one step."""
+        self._put(STEP_TOPIC, STEP, time_ns, self._serialize(self._step_type(*record), STEP))
+        now = monotonic()
+        if now - self._flushed > FLUSH_S:
+            self.flush()
+            self._flushed = now
+
+    def result(self, time_ns: int, result: dict[str, Any]) -> None:
+        """Write how the run ended; the last event of the file."""
+        self._string(RESULT_TOPIC, time_ns, result)
+
+    def timing(self, timing: dict[str, str]) -> None:
+        """Write wall times and versions, which are no part of the run's digest."""
+        self._writer.add_metadata("conav_timing", timing)
+
+    def map(
+        self,
+        topic: str,
+        time_ns: int,
+        cells: NDArray[np.uint8],
+        resolution: float,
+        origin: tuple[float, float, float],
+    ) -> None:
+        """Write a grid (0 free, 1 occupied, 2 unknown) as `nav_msgs/OccupancyGrid`."""
+        types = self._store.types
+        data = np.array([0, 100, -1], dtype=np.int8)[cells.reshape(-1)]
+        stamp = self._stamp(time_ns)
+        message = types[GRID](
+            header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="map"),
+            info=types["nav_msgs/msg/MapMetaData"](
+                map_load_time=stamp,
+                resolution=resolution,
+                width=cells.shape[1],
+                height=cells.shape[0],
+                origin=types["geometry_msgs/msg/Pose"](
+                    position=types["geometry_msgs/msg/Point"](x=origin[0], y=origin[1], z=0.0),
+                    orientation=self._turn(origin[2]),
+                ),
+            ),
+            data=data,
+        )
+        self._write(topic, GRID, time_ns, message)
+
+    def poses(
+        self, time_ns: int, names: Sequence[str], poses: Sequence[tuple[float, float, float]]
+    ) -> None:
+        """Write the robots' poses x [m], y [m], yaw [rad] in the map frame, as ROS poses and tf."""
+        types = self._store.types
+        stamp = self._stamp(time_ns)
+        header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="map")
+        transforms: list[Any] = []
+        for name, (x, y, yaw) in zip(names, poses, strict=True):
+            turn = self._turn(yaw)
+            pose = types["geometry_msgs/msg/Pose"](
+                position=types["geometry_msgs/msg/Point"](x=x, y=y, z=0.0), orientation=turn
+            )
+            self._write(f"/{name}/pose", POSE, time_ns, types[POSE](header=header, pose=pose))
+            transforms.append(
+                types["geometry_msgs/msg/TransformStamped"](
+                    header=header,
+                    child_frame_id=f"{name}/base_link",
+                    transform=types["geometry_msgs/msg/Transform"](
+                        translation=types["geometry_msgs/msg/Vector3"](x=x, y=y, z=0.0),
+                        rotation=turn,
+                    ),
+                )
+            )
+        self._write("/tf", TF, time_ns, types[TF](transforms=transforms))
+
+    def flush(self) -> None:
+        """Finish the open chunk, so that everything so far survives the end of the process."""
+        # The package finishes a chunk only when it is full; this is its own routine for that.
+        cast("Any", self._writer)._Writer__finalize_chunk()
+
+    def close(self) -> None:
+        """Finish the file; calling it again does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._writer.finish()
+            self._stream.close()
+
+    def _string(self, topic: str, time_ns: int, content: dict[str, Any]) -> None:
+        text = json.dumps(content, sort_keys=True, allow_nan=False)
+        self._write(topic, STRING, time_ns, self._store.types[STRING](data=text))
+
+    def _write(self, topic: str, kind: str, time_ns: int, message: Any) -> None:
+        self._put(topic, kind, time_ns, self._serialize(message, kind))
+
+    def _put(self, topic: str, kind: str, time_ns: int, payload: memoryview) -> None:
+        channel = self._channels.get(topic)
+        if channel is None:
+            channel = self._channel(topic, kind)
+        if topic in EVENT_TOPICS:
+            self._digest.add(topic, time_ns, payload)
+        sequence = self._sequence[topic]
+        self._sequence[topic] = sequence + 1
+        self._writer.add_message(
+            channel_id=channel,
+            log_time=time_ns,
+            publish_time=time_ns,
+            data=cast("bytes", payload),
+            sequence=sequence,
+        )
+
+    def _channel(self, topic: str, kind: str) -> int:
+        if kind not in self._schemas:
+            text, _ = self._store.generate_msgdef(kind, ros_version=2)
+            self._schemas[kind] = self._writer.register_schema(
+                name=kind, encoding="ros2msg", data=text.encode()
+            )
+        metadata = {"topic_type_hash": self._store.hash_rihs01(kind)}
+        if kind == GRID:
+            metadata["offered_qos_profiles"] = _LATCHED
+        self._channels[topic] = self._writer.register_channel(
+            topic=topic,
+            message_encoding="cdr",
+            schema_id=self._schemas[kind],
+            metadata=metadata,
+        )
+        self._sequence[topic] = 0
+        return self._channels[topic]
+
+    def _stamp(self, time_ns: int) -> Any:
+        return self._store.types["builtin_interfaces/msg/Time"](
+            sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000
+        )
+
+    def _turn(self, yaw: float) -> Any:
+        return self._store.types["geometry_msgs/msg/Quaternion"](
+            x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2)
+        )
+
+
+class _Unbuffered:
+    """A stream whose every write is handed to the operating system at once.
+
+    The mcap package puts a buffer of its own before a raw file, which a killed process loses.
+    """
+
+    def __init__(self, file: RawIOBase) -> None:
+        self._file = file
+        self._at = 0
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        view = memoryview(data).cast("B")
+        done = 0
+        while done < len(view):
+            done += self._file.write(view[done:]) or 0
+        self._at += done
+        return done
+
+    def tell(self) -> int:
+        return self._at
+
+    def flush(self) -> None:
+        pass
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def _open_for_writing(path: Path) -> _Unbuffered:
+    """The file as a stream that keeps nothing back."""
+    try:
+        if path.exists() and path.stat().st_size > 0:
+            if path.is_dir():
+                raise InputError(path, "is a folder", "name a file, for example run.mcap")
+            with path.open("rb") as present:
+                if present.read(len(MAGIC)) != MAGIC:
+                    raise InputError(
+                        path,
+                        "exists and is no run file; it is left alone",
+                        "choose another --out or remove it",
+                    )
+        return _Unbuffered(path.open("wb", buffering=0))
+    except OSError as error:
+        raise InputError(
+            path, f"cannot be written ({error.strerror})", "choose another --out"
+        ) from None

@@ -1,0 +1,1 @@
+"""The simulator: state, one engine, the radio network, traffic, and the loop of an exploration."""

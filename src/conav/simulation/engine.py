@@ -1,0 +1,205 @@
+"""One step of the world: sense, exchange, decide, move, all robots at once."""
+
+from dataclasses import dataclass
+from time import perf_counter_ns
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.belief import new_scratch
+from conav.exploration.types import Action, TeamView
+from conav.geometry.directions import STAY
+from conav.messages.message import Message
+from conav.simulation.radio_network import MAX_ROUNDS, Told, exchange
+from conav.simulation.sensing import Looker, look
+from conav.simulation.traffic import resolve
+from conav.simulation.world_state import Scan, WorldState
+
+
+class StepEvents(NamedTuple):
+    """What happened in one step; `cells` and `headings` are those at its beginning."""
+
+    step: int
+    cells: NDArray[np.int32]  # (n,)
+    headings: NDArray[np.int8]  # (n,)
+    scans: list[Scan | None]  # per robot
+    told: list[Told]
+    actions: list[Action]  # per robot
+    messages: int
+    bytes: int
+
+
+@dataclass(eq=False)
+class Engine:
+    """Working space and fixed tables for worlds of one problem; holds no state of a run."""
+
+    lookers: list[Looker]
+    scratch: NDArray[np.int32]
+    gap: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    turning: NDArray[np.uint8]
+    wish: NDArray[np.int8]
+    outcome: NDArray[np.uint8]
+
+    def sense_and_decide(self, state: WorldState, decision_ns: list[int]) -> StepEvents:
+        """Everything of a step up to the actions; nobody has moved yet."""
+        fresh = self._sense(state)
+        outcome = exchange(state, fresh, self.scratch)
+        state.messages += outcome.messages
+        state.bytes += outcome.bytes
+        actions, said = self._decide(state, decision_ns)
+        messages = outcome.messages + len(said)
+        size = outcome.bytes
+        for message in said:
+            size += message.size_bytes
+        if said:
+            state.messages += len(said)
+            state.bytes += size - outcome.bytes
+        return StepEvents(
+            state.step,
+            state.cells.copy(),
+            state.headings.copy(),
+            fresh,
+            outcome.told,
+            actions,
+            messages,
+            size,
+        )
+
+    def move(self, state: WorldState, actions: list[Action]) -> int:
+        """The number of robots that moved; time goes on by a step."""
+        for robot, action in enumerate(actions):
+            self.wish[robot] = action[0]
+        moved = resolve(
+            state.step,
+            state.cells,
+            self.wish,
+            state.problem.plan.moves,
+            state.headings,
+            self.turning,
+            self.gap,
+            self.rate,
+            state.credit,
+            state.waited,
+            state.yields_until,
+            state.yield_length,
+            state.travelled,
+            self.outcome,
+        )
+        np.equal(self.outcome, 1, out=state.must_look)
+        state.step += 1
+        return moved
+
+    def _sense(self, state: WorldState) -> list[Scan | None]:
+        plan = state.problem.plan
+        lattice = plan.lattice
+        walls = plan.walls
+        fresh: list[Scan | None] = []
+        for robot in range(len(self.lookers)):
+            if not state.must_look[robot]:
+                fresh.append(None)
+                continue
+            looker = self.lookers[robot]
+            cell = int(state.cells[robot])
+            row, col = divmod(cell, lattice.cols)
+            count = look(
+                walls,
+                state.beliefs[robot].cells,
+                int(lattice.fine_row[row]),
+                int(lattice.fine_col[col]),
+                looker.occlusion,
+                looker.limits,
+                looker.lows,
+                looker.highs,
+                looker.out,
+                looker.fresh,
+                state.observable,
+                state.sensed_by,
+                robot,
+                state.sensed,
+                state.discovered,
+                state.covered,
+            )
+            fresh.append(Scan(cell, looker.fresh[:count].copy()))
+        return fresh
+
+    def _decide(
+        self, state: WorldState, decision_ns: list[int]
+    ) -> tuple[list[Action], list[Message]]:
+        n = len(self.lookers)
+        actions = [_STAY] * n
+        said: list[Message] = []
+        inboxes: list[list[Message]] = [[] for _ in range(n)]
+        for message in state.in_flight:
+            inboxes[message.receiver].append(message)
+        state.in_flight = []
+        asked = range(n)
+        for _ in range(MAX_ROUNDS):
+            sent: list[Message] = []
+            for robot in asked:
+                view = self._view(state, robot)
+                start = perf_counter_ns()
+                memory = state.memories[robot]
+                if memory is None:
+                    memory = state.strategy.start(view, state.generators[robot])
+                memory, actions[robot], out = state.strategy.step(
+                    memory, view, inboxes[robot], state.generators[robot]
+                )
+                state.memories[robot] = memory
+                decision_ns.append(perf_counter_ns() - start)
+                sent.extend(out)
+            if not sent:
+                break
+            said.extend(sent)
+            inboxes = [[] for _ in range(n)]
+            for message in sent:
+                inboxes[message.receiver].append(message)
+            asked = [robot for robot in range(n) if inboxes[robot]]
+        else:
+            # Too many rounds for one step: the rest is read in the next.
+            state.in_flight = [message for inbox in inboxes for message in inbox]
+        for robot, action in enumerate(actions):
+            state.finished[robot] = action.finished
+        return actions, said
+
+    def _view(self, state: WorldState, robot: int) -> TeamView:
+        problem = state.problem
+        return TeamView(
+            state.step,
+            state.step * problem.step_s,
+            robot,
+            problem.robots[robot],
+            int(state.cells[robot]),
+            int(state.headings[robot]),
+            state.beliefs[robot],
+            problem.plan.lattice,
+            state.heard_cell[robot],
+            state.heard_step[robot],
+        )
+
+
+_STAY = Action(STAY)
+
+
+def engine_for(state: WorldState) -> Engine:
+    """The engine for worlds of this state's problem."""
+    problem = state.problem
+    plan = problem.plan
+    lattice = plan.lattice
+    lookers = [
+        Looker(robot.sensor.range_m / lattice.resolution, plan.walls.size, robot.sensor.occlusion)
+        for robot in problem.robots
+    ]
+    n = len(problem.robots)
+    return Engine(
+        lookers=lookers,
+        scratch=new_scratch(plan),
+        gap=np.array([robot.radius_m / lattice.cell_m for robot in problem.robots]),
+        rate=problem.rates,
+        turning=np.array(
+            [robot.motion.turn_costs_step for robot in problem.robots], dtype=np.uint8
+        ),
+        wish=np.full(n, STAY, dtype=np.int8),
+        outcome=np.zeros(n, dtype=np.uint8),
+    )

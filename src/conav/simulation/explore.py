@@ -1,0 +1,212 @@
+"""From a map's name or file to a finished exploration, in one call."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from conav.errors import InputError
+from conav.exploration.catalogue import DEFAULT_STRATEGY, make_strategy
+from conav.exploration.metrics import ExplorationMetrics
+from conav.exploration.types import ExplorationProblem, Strategy
+from conav.maps.builtin.catalogue import BUILTIN, builtin_map
+from conav.maps.occupancy_grid import OccupancyGrid
+from conav.maps.planning_grid import default_start_area, planning_grid
+from conav.maps.read_map import read_map
+from conav.robots.motion import MOTIONS
+from conav.robots.radio import radio as make_radio
+from conav.robots.robot import Robot
+from conav.robots.sensor import SENSORS
+from conav.robots.sensor import sensor as make_sensor
+from conav.runs.writer import RunWriter
+from conav.simulation.run_exploration import ExplorationResult, run_exploration
+from conav.simulation.starts import start_together, starts_at
+from conav.simulation.world_state import WorldState, generator_for
+from conav.status import Status
+
+DEFAULT_MAX_TIME_S = 36_000.0  # [s] simulated
+MAX_ROBOTS = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Exploration:
+    """A finished exploration: the problem, the result, and where its run file lies."""
+
+    problem: ExplorationProblem
+    strategy: str
+    result: ExplorationResult
+    warnings: tuple[str, ...]
+    run: Path | None
+
+    @property
+    def status(self) -> Status:
+        """How it ended."""
+        return self.result.status
+
+    @property
+    def metrics(self) -> ExplorationMetrics:
+        """What is reported of it."""
+        return self.result.metrics
+
+    def summary(self) -> dict[str, Any]:
+        """The object that `conav explore --json` prints."""
+        metrics = self.metrics
+        return {
+            "job": "explore",
+            "map": self.problem.plan.grid.name,
+            "strategy": self.strategy,
+            "robots": len(self.problem.robots),
+            "seed": self.problem.seed,
+            "status": str(self.status),
+            "steps": metrics.steps,
+            "time_s": metrics.time_s,
+            "coverage": metrics.coverage,
+            "t90_s": metrics.t90_s,
+            "t95_s": metrics.t95_s,
+            "t99_s": metrics.t99_s,
+            "t100_s": metrics.t100_s,
+            "path_m": list(metrics.path_m),
+            "overlap": metrics.overlap,
+            "balance": metrics.balance,
+            "messages": metrics.messages,
+            "bytes": metrics.bytes,
+            "decision_ms": self.result.decision_ms,
+            "compute_s": self.result.compute_s,
+            "run": str(self.run) if self.run is not None else None,
+            "digest": self.result.digest,
+            "interrupted": self.result.interrupted,
+            "warnings": list(self.warnings),
+        }
+
+
+def load_map(
+    source: str | os.PathLike[str] | OccupancyGrid,
+    *,
+    resolution: float | None = None,
+    seed: int = 0,
+    outside_folder: bool = False,
+) -> OccupancyGrid:
+    """The grid behind a built-in name, a file or a grid itself.
+
+    `resolution` [m] overrides a built-in map's and is needed for bare pictures; `seed` makes a
+    built-in map's layout. A file beats a built-in map of the same name when its name has a suffix.
+    """
+    if isinstance(source, OccupancyGrid):
+        return source
+    if str(source) in BUILTIN:
+        return builtin_map(str(source), resolution=resolution, seed=seed)
+    if not Path(source).suffix and not Path(source).exists():
+        raise InputError(
+            f"map {str(source)!r}",
+            "is neither a file nor a built-in map",
+            "built-in maps: " + ", ".join(BUILTIN),
+        )
+    return read_map(Path(source), resolution=resolution, outside_folder=outside_folder)
+
+
+def exploration_problem(
+    map: str | os.PathLike[str] | OccupancyGrid,
+    *,
+    robots: int = 3,
+    range_m: float = 7.0,
+    cell_m: float | None = None,
+    radius_m: float = 0.1,
+    speed_mps: float = 0.5,
+    resolution: float | None = None,
+    motion: str = "8-connected",
+    sensor: str = "range",
+    radio: str | float = "perfect",
+    starts: Sequence[tuple[float, float]] | None = None,
+    outside: bool = False,
+    outside_folder: bool = False,
+    seed: int = 0,
+    max_time_s: float = DEFAULT_MAX_TIME_S,
+) -> tuple[ExplorationProblem, tuple[str, ...]]:
+    """The problem of a team of equal robots on a map, and what was odd about it.
+
+    Lengths in metres, `radio` "perfect" or a range; the other parameters are those of
+    `conav explore`. Raises `InputError` for anything that does not fit.
+    """
+    _one_of("motion", motion, MOTIONS)
+    _one_of("sensor", sensor, SENSORS)
+    _number("robots", robots, 1, MAX_ROBOTS)
+    _number("range", range_m, 0, 1e6)
+    _number("radius", radius_m, 0, 1e6)
+    _number("speed", speed_mps, 1e-9, 1e6)
+    _number("max-time", max_time_s, 0, 1e12)
+    _number("seed", seed, 0, 2**63)
+    grid = load_map(map, resolution=resolution, seed=seed, outside_folder=outside_folder)
+    model = MOTIONS[motion]
+    plan = planning_grid(grid, cell_m=cell_m, radius_m=radius_m, diagonal=model.diagonal)
+    team = tuple(
+        Robot(
+            name=f"robot_{number}",
+            radius_m=radius_m,
+            speed_mps=speed_mps,
+            motion=model,
+            sensor=make_sensor(sensor, range_m),
+            radio=_radio(radio),
+        )
+        for number in range(robots)
+    )
+    warnings = list(grid.warnings)
+    if starts is not None:
+        cells = starts_at(plan, starts, team)
+    else:
+        area = default_start_area(plan, outside=outside)
+        warnings.extend(area.warnings)
+        cells = start_together(plan, area, team, generator_for(seed, "starts"))
+    return ExplorationProblem(plan, team, cells, seed, float(max_time_s)), tuple(warnings)
+
+
+def explore(
+    map: str | os.PathLike[str] | OccupancyGrid,
+    *,
+    strategy: str | Strategy = DEFAULT_STRATEGY,
+    settings: Mapping[str, object] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    progress: Callable[[WorldState], None] | None = None,
+    **problem: Any,
+) -> Exploration:
+    """A team's exploration of a map, run to its end.
+
+    `map` is a built-in name, a file or an `OccupancyGrid`; `strategy` a name of the catalogue, with
+    `settings`, or an object of your own; `out` the run file to write. The other parameters are
+    those of `exploration_problem`. Raises `InputError` for bad input.
+    """
+    if isinstance(strategy, str):
+        name, mind = strategy, make_strategy(strategy, settings)
+    else:
+        name, mind = type(strategy).__name__, strategy
+    given, warnings = exploration_problem(map, **problem)
+    if out is None:
+        result = run_exploration(given, mind, name=name, progress=progress)
+        return Exploration(given, name, result, warnings, None)
+    with RunWriter(out) as writer:
+        result = run_exploration(given, mind, name=name, writer=writer, progress=progress)
+    return Exploration(given, name, result, warnings, Path(out))
+
+
+def _radio(value: str | float) -> Any:
+    if value == "perfect":
+        return make_radio("perfect")
+    try:
+        range_m = float(value)
+    except ValueError:
+        raise InputError(
+            f"radio {value!r}", "is neither perfect nor a range", 'give "perfect" or metres'
+        ) from None
+    _number("radio", range_m, 0, 1e6)
+    return make_radio("limited", range_m)
+
+
+def _one_of(what: str, value: str, known: Mapping[str, object]) -> None:
+    if value not in known:
+        raise InputError(f"{what} {value!r}", "is not known", "use one of: " + ", ".join(known))
+
+
+def _number(what: str, value: float, least: float, most: float) -> None:
+    if not (isfinite(value) and least <= value <= most):
+        raise InputError(f"{what} {value:g}", "is out of range", f"give {least:g} to {most:g}")

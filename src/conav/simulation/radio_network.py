@@ -1,0 +1,161 @@
+"""Who tells whom what: scans spread through the team by radio.
+
+Each step every robot sends a report to every robot in reach: its position and how many scans of
+each teammate it holds. What a receiver then lacks it gets from the neighbour that holds most, the
+lower number first. A robot that learned something this way and has a neighbour that, as far as it
+can tell, lacks it, reports again; so within one step news reaches everybody connected through
+others. With a perfect radio all hear all, so one report with the sender's own new scan is enough.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.belief import Belief
+from conav.messages.message import report_bytes, scan_bytes
+from conav.simulation.world_state import Scan, WorldState
+
+MAX_ROUNDS = 32
+
+
+class Told(NamedTuple):
+    """A transfer: `receiver` now holds the first `upto` scans of `origin`, from `sender`."""
+
+    receiver: int
+    sender: int
+    origin: int
+    upto: int
+
+
+class Exchange(NamedTuple):
+    """What the network did in one step."""
+
+    told: list[Told]  # empty with a perfect radio: all told all
+    messages: int
+    bytes: int
+
+
+def links(state: WorldState) -> NDArray[np.bool_]:
+    """Which robots hear each other now, shape (n, n), symmetric, False on the diagonal."""
+    n = state.n_robots
+    lattice = state.problem.plan.lattice
+    row, col = np.divmod(state.cells.astype(np.int64), lattice.cols)
+    square = (row[:, None] - row[None, :]) ** 2 + (col[:, None] - col[None, :]) ** 2
+    heard = np.ones((n, n), dtype=bool)
+    for i, robot in enumerate(state.problem.robots):
+        if robot.radio.range_m is not None:
+            limit = robot.radio.range_m / lattice.cell_m
+            heard[i] &= square[i] <= limit * limit
+    heard &= heard.T
+    np.fill_diagonal(heard, False)
+    return heard
+
+
+def exchange(state: WorldState, fresh: list[Scan | None], scratch: NDArray[np.int32]) -> Exchange:
+    """What was exchanged in this step.
+
+    Brings held scans, beliefs and last heard positions up to date; `fresh` is each robot's new
+    scan, if it made one.
+    """
+    if all(robot.radio.range_m is None for robot in state.problem.robots):
+        return _all_to_all(state, fresh, scratch)
+    before = state.held.copy()
+    for robot, scan in enumerate(fresh):
+        if scan is not None:
+            state.scans[robot].append(scan)
+            state.held[robot, robot] += 1
+    outcome = _gossip(state, links(state))
+    _regroup(state, before, scratch)
+    return outcome
+
+
+def _all_to_all(
+    state: WorldState, fresh: list[Scan | None], scratch: NDArray[np.int32]
+) -> Exchange:
+    n = state.n_robots
+    plan = state.problem.plan
+    belief = state.beliefs[0]
+    size = report_bytes(n) * n
+    for robot, scan in enumerate(fresh):
+        if scan is not None:
+            belief.hear(plan, scan.cell, scan.seen, scratch)
+            state.held[:, robot] += 1
+            size += scan_bytes(len(scan.seen))
+    state.heard_cell[:] = state.cells
+    state.heard_step[:] = state.step
+    return Exchange([], n * (n - 1), size * (n - 1))
+
+
+def _gossip(state: WorldState, heard: NDArray[np.bool_]) -> Exchange:
+    n = state.n_robots
+    held = state.held
+    np.fill_diagonal(state.heard_step, state.step)
+    np.fill_diagonal(state.heard_cell, state.cells)
+    state.heard_step[heard] = state.step
+    state.heard_cell[heard] = np.broadcast_to(state.cells, (n, n))[heard]
+    messages = int(heard.sum())
+    size = messages * report_bytes(n)
+    told: list[Told] = []
+    neighbours = [np.flatnonzero(heard[i]) for i in range(n)]
+    # What each robot thinks each other holds, from reports and from what it sent there itself.
+    thought = np.where(heard[:, :, None], held[None, :, :], np.iinfo(np.int32).max)
+    for _ in range(MAX_ROUNDS):
+        start = held.copy()
+        learned = np.zeros(n, dtype=bool)
+        for receiver in range(n):
+            around = neighbours[receiver]
+            if len(around) == 0:
+                continue
+            most = start[around].max(axis=0)
+            lacking = np.flatnonzero(most > start[receiver])
+            sizes: dict[int, int] = {}
+            for origin in lacking:
+                upto = int(most[origin])
+                sender = int(around[np.argmax(start[around, origin] == upto)])
+                told.append(Told(receiver, sender, int(origin), upto))
+                for scan in state.scans[origin][int(start[receiver, origin]) : upto]:
+                    sizes[sender] = sizes.get(sender, 0) + scan_bytes(len(scan.seen))
+                sizes.setdefault(sender, 0)
+                held[receiver, origin] = upto
+                thought[sender, receiver, origin] = upto
+                learned[receiver] = True
+            messages += len(sizes)
+            size += sum(report_bytes(n) + cells for cells in sizes.values())
+        if not learned.any():
+            break
+        for sender in np.flatnonzero(learned):
+            for receiver in neighbours[sender]:
+                if (held[sender] > thought[sender, receiver]).any():
+                    messages += 1
+                    size += report_bytes(n)
+                thought[receiver, sender] = held[sender]
+    return Exchange(told, messages, size)
+
+
+def _regroup(state: WorldState, before: NDArray[np.int32], scratch: NDArray[np.int32]) -> None:
+    """Give every robot the belief its held scans make, one object for each set of equal rows."""
+    held = state.held
+    groups: dict[bytes, list[int]] = {}
+    for robot in range(state.n_robots):
+        groups.setdefault(held[robot].tobytes(), []).append(robot)
+    # Each group goes on from the fullest belief among its members; the first that claims one keeps
+    # the object, later ones take a copy before anything is added to it.
+    claimed: set[int] = set()
+    work: list[tuple[Belief, int, list[int]]] = []
+    for members in groups.values():
+        leader = max(members, key=lambda robot: (int(before[robot].sum()), -robot))
+        belief = state.beliefs[leader]
+        if id(belief) in claimed:
+            belief = belief.copy()
+        else:
+            claimed.add(id(belief))
+        work.append((belief, leader, members))
+    plan = state.problem.plan
+    for belief, leader, members in work:
+        for origin in np.flatnonzero(held[leader] > before[leader]):
+            start, end = int(before[leader, origin]), int(held[leader, origin])
+            for scan in state.scans[origin][start:end]:
+                belief.hear(plan, scan.cell, scan.seen, scratch)
+        for robot in members:
+            state.beliefs[robot] = belief

@@ -1,0 +1,278 @@
+"""The loop of an exploration: step until done, recording as it goes."""
+
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from importlib.metadata import version
+from math import pi
+from time import perf_counter
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.metrics import ExplorationMetrics, exploration_metrics
+from conav.exploration.types import ExplorationProblem, Strategy
+from conav.maps.occupancy_grid import UNKNOWN
+from conav.runs.types import OCCUPIED_BIT, StepRecord
+from conav.runs.writer import RunWriter
+from conav.simulation.engine import StepEvents, engine_for
+from conav.simulation.observable import observable_cells
+from conav.simulation.world_state import WorldState, new_world
+from conav.status import Status
+
+FORMAT = 1
+POSE_EVERY_S = 1.0  # [s] simulated, between two poses on the ROS topics
+MAP_SHARES = 10  # keyframes of the team's map on the ROS topics
+STILL_STEPS = 4096  # steps without a move after which a run is stuck
+
+Progress = Callable[[WorldState], None]
+
+
+@dataclass(frozen=True, eq=False)
+class ExplorationResult:
+    """How an exploration ended."""
+
+    status: Status
+    metrics: ExplorationMetrics
+    covered: tuple[int, ...]  # observable cells seen by the team after the looks of each step
+    observable: int
+    team_map: NDArray[np.uint8]  # (fine rows, fine cols) what the team knows together
+    decision_ms: dict[str, float]  # wall time of one robot's decision: mean, p99, max
+    compute_s: float  # wall time of the whole run
+    interrupted: bool
+    digest: str | None  # of the run file, if one was written
+
+
+def run_exploration(
+    problem: ExplorationProblem,
+    strategy: Strategy,
+    *,
+    name: str,
+    writer: RunWriter | None = None,
+    progress: Progress | None = None,
+) -> ExplorationResult:
+    """The result of one exploration.
+
+    It ends when the team has seen all it can observe (`DONE`), when every mind says it is finished
+    or nobody has moved for long (`STUCK`), at the problem's time limit or at an interrupt from the
+    keyboard (`OUT_OF_BUDGET`). `name` is the strategy's, for the header. `progress` is called
+    after every step.
+    """
+    observable = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
+    state = new_world(problem, strategy, observable)
+    engine = engine_for(state)
+    recorder = _Recorder(writer, problem, state) if writer is not None else None
+    if recorder is not None:
+        recorder.begin(_header(problem, strategy, name))
+    covered: list[int] = []
+    decision_ns: list[int] = []
+    last_step = int(problem.max_time_s / problem.step_s + 1e-9)
+    status = Status.OUT_OF_BUDGET
+    interrupted = False
+    still = 0
+    start = perf_counter()
+    try:
+        while True:
+            events = engine.sense_and_decide(state, decision_ns)
+            covered.append(int(state.covered[0]))
+            if recorder is not None:
+                recorder.record(events, covered[-1])
+            if progress is not None:
+                progress(state)
+            if covered[-1] == state.n_observable:
+                status = Status.DONE
+                break
+            if still >= STILL_STEPS or (state.finished.all() and not state.in_flight):
+                status = Status.STUCK
+                break
+            if state.step >= last_step:
+                break
+            still = 0 if engine.move(state, events.actions) else still + 1
+    except KeyboardInterrupt:
+        interrupted = True
+    compute_s = perf_counter() - start
+    metrics = exploration_metrics(
+        covered=covered,
+        observable=state.n_observable,
+        step_s=problem.step_s,
+        travelled_m=state.travelled * problem.plan.lattice.cell_m,
+        sensed=state.sensed,
+        discovered=state.discovered,
+        messages=state.messages,
+        bytes_sent=state.bytes,
+    )
+    decision = np.array(decision_ns or [0]) / 1e6
+    decision_ms = {
+        "mean": float(decision.mean()),
+        "p99": float(np.percentile(decision, 99)),
+        "max": float(decision.max()),
+    }
+    if recorder is not None:
+        recorder.end(status, metrics, interrupted, compute_s, decision_ms)
+    return ExplorationResult(
+        status=status,
+        metrics=metrics,
+        covered=tuple(covered),
+        observable=state.n_observable,
+        team_map=team_map(state),
+        decision_ms=decision_ms,
+        compute_s=compute_s,
+        interrupted=interrupted,
+        digest=writer.digest if writer is not None else None,
+    )
+
+
+def team_map(state: WorldState) -> NDArray[np.uint8]:
+    """What the robots know together, whether or not they have told each other."""
+    walls = state.problem.plan.walls
+    seen = (state.sensed_by != 0).any(axis=0).reshape(walls.shape)
+    return np.where(seen, walls, np.uint8(UNKNOWN))
+
+
+def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[str, Any]:
+    plan = problem.plan
+    return {
+        "format": FORMAT,
+        "job": "explore",
+        "map": plan.grid.name,
+        "cell_m": plan.lattice.cell_m,
+        "radius_m": plan.radius_m,
+        "robots": [_plain(robot) for robot in problem.robots],
+        "starts": [int(cell) for cell in problem.starts],
+        "seed": problem.seed,
+        "max_time_s": problem.max_time_s,
+        "step_s": problem.step_s,
+        "strategy": name,
+        "settings": _plain(strategy),
+    }
+
+
+def _plain(item: object) -> Any:
+    if is_dataclass(item) and not isinstance(item, type):
+        return {field.name: _plain(getattr(item, field.name)) for field in fields(item)}
+    if isinstance(item, tuple | list):
+        return [_plain(part) for part in cast("tuple[object, ...]", item)]
+    return item
+
+
+class _Recorder:
+    """Turns the events of a run into a run file."""
+
+    def __init__(self, writer: RunWriter, problem: ExplorationProblem, state: WorldState) -> None:
+        self.writer = writer
+        self.problem = problem
+        self.state = state
+        self.step_ns = round(problem.step_s * 1e9)
+        self.pose_every = max(round(POSE_EVERY_S / problem.step_s), 1)
+        self.next_map = 1
+        self.occupied = problem.plan.walls.reshape(-1).astype(np.uint32) * OCCUPIED_BIT
+        self.names = [robot.name for robot in problem.robots]
+        self.nobody = np.empty(0, dtype=np.uint32)
+
+    def begin(self, header: dict[str, Any]) -> None:
+        grid = self.problem.plan.grid
+        self.writer.header(header)
+        self.writer.world(grid.cells, grid.resolution, grid.origin)
+        self.writer.map("/ground_truth", 0, grid.cells, grid.resolution, grid.origin)
+        self.writer.flush()
+
+    def record(self, events: StepEvents, covered: int) -> None:
+        n = len(self.names)
+        ends = np.empty(n, dtype=np.uint32)
+        looked = np.zeros(n, dtype=np.uint8)
+        parts: list[NDArray[np.int32]] = []
+        total = 0
+        for robot, scan in enumerate(events.scans):
+            if scan is not None:
+                looked[robot] = 1
+                parts.append(scan.seen)
+                total += len(scan.seen)
+            ends[robot] = total
+        if total:
+            seen = np.concatenate(parts) if len(parts) > 1 else parts[0]
+            scans = seen.astype(np.uint32) | self.occupied[seen]
+        else:
+            scans = self.nobody
+        actions = events.actions
+        time_ns = events.step * self.step_ns
+        self.writer.step(
+            time_ns,
+            StepRecord(
+                events.step,
+                events.cells.astype(np.uint32),
+                events.headings.astype(np.uint8),
+                looked,
+                ends,
+                scans,
+                np.array(events.told, dtype=np.uint32).reshape(-1) if events.told else self.nobody,
+                np.array([action[0] for action in actions], dtype=np.int8),
+                np.array([action[1] for action in actions], dtype=np.int32),
+                np.array([action[2] for action in actions], dtype=np.uint8),
+                events.messages,
+                events.bytes,
+            ),
+        )
+        if events.step % self.pose_every == 0:
+            self._poses(time_ns)
+        if covered * MAP_SHARES >= self.next_map * self.state.n_observable:
+            self.next_map = covered * MAP_SHARES // max(self.state.n_observable, 1) + 1
+            self._map(time_ns)
+
+    def end(
+        self,
+        status: Status,
+        metrics: ExplorationMetrics,
+        interrupted: bool,
+        compute_s: float,
+        decision_ms: dict[str, float],
+    ) -> None:
+        time_ns = self.state.step * self.step_ns
+        self._poses(time_ns)
+        self._map(time_ns)
+        self.writer.result(
+            time_ns,
+            {
+                "status": str(status),
+                "interrupted": interrupted,
+                "observable": self.state.n_observable,
+                "metrics": asdict(metrics),
+            },
+        )
+        self.writer.flush()
+        self.writer.timing(
+            {
+                "compute_s": repr(compute_s),
+                **{f"decision_ms_{key}": repr(value) for key, value in decision_ms.items()},
+                **versions(),
+            }
+        )
+        self.writer.close()
+
+    def _poses(self, time_ns: int) -> None:
+        plan = self.problem.plan
+        x0, y0, yaw = plan.grid.origin
+        cos, sin = float(np.cos(yaw)), float(np.sin(yaw))
+        poses: list[tuple[float, float, float]] = []
+        for robot in range(len(self.names)):
+            x, y = plan.lattice.position(int(self.state.cells[robot]))
+            poses.append(
+                (
+                    x0 + cos * x - sin * y,
+                    y0 + sin * x + cos * y,
+                    yaw + int(self.state.headings[robot]) * pi / 2,
+                )
+            )
+        self.writer.poses(time_ns, self.names, poses)
+
+    def _map(self, time_ns: int) -> None:
+        grid = self.problem.plan.grid
+        self.writer.map("/map", time_ns, team_map(self.state), grid.resolution, grid.origin)
+
+
+def versions() -> dict[str, str]:
+    """The versions a run was made with."""
+    return {
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("conav", "numpy", "scipy", "numba", "mcap", "rosbags")},
+    }

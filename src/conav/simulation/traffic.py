@@ -1,0 +1,327 @@
+"""The shared local traffic rule: who may move when robots meet.
+
+Priority inheritance with backtracking (PIBT; Okumura, Machida, Defago, Tamura, IJCAI 2019): robots
+choose in order of priority; one that wants to go where another stands makes that one move first.
+Here for discs: two moves of the same step are in conflict when the robots, each driving its
+straight line at constant speed, would come nearer than the sum of their radii, and never less than
+`MIN_GAP` of a cell apart, which forbids swapping cells, crossing diagonally and sharing a cell even
+for robots of no size.
+
+Priorities differ from the paper, where they grow until a goal is reached, because explorers have no
+fixed goals: robots that want to move come before idle ones, then lower numbers first; a robot that
+could not move for `PATIENCE` steps goes last for a while that doubles each time, which resolves
+meetings in dead ends.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.compiled import kernel
+from conav.geometry.directions import DCOL, DROW, SQRT2, STAY
+
+MIN_GAP = 0.4  # [cells]
+PATIENCE = 4  # [steps] without moving before a robot yields
+YIELD = 16  # [steps] of going last, doubled at each repetition
+MOVED = 1
+TURNED = 2
+
+# Directions by how well they get out of the way of a push in direction k: onwards first.
+_ONWARD = (
+    (0, 4, 7, 1, 3, 5, 6, 2),
+    (1, 4, 5, 0, 2, 7, 6, 3),
+    (2, 5, 6, 1, 3, 4, 7, 0),
+    (3, 6, 7, 0, 2, 5, 4, 1),
+    (4, 0, 1, 7, 5, 3, 2, 6),
+    (5, 1, 2, 4, 6, 0, 3, 7),
+    (6, 2, 3, 5, 7, 1, 0, 4),
+    (7, 0, 3, 4, 6, 1, 2, 5),
+)
+
+
+@kernel
+def moves_conflict(r1: int, c1: int, k1: int, r2: int, c2: int, k2: int, gap_square: float) -> bool:
+    """Whether two simultaneous moves come nearer than the gap [cells squared].
+
+    Robots start at (r, c) and move in direction k, or stay where k is `STAY`, in the same time.
+    """
+    y = r2 - r1
+    x = c2 - c1
+    if y * y + x * x >= 32 + gap_square + 8 * gap_square:
+        return False
+    dy = (DROW[k2] if k2 >= 0 else 0) - (DROW[k1] if k1 >= 0 else 0)
+    dx = (DCOL[k2] if k2 >= 0 else 0) - (DCOL[k1] if k1 >= 0 else 0)
+    limit = gap_square - 1e-9
+    if (y + dy) * (y + dy) + (x + dx) * (x + dx) < limit:
+        return True
+    length = dy * dy + dx * dx
+    along = -(y * dy + x * dx)
+    if 0 < along < length:
+        cross = y * dx - x * dy
+        return cross * cross < limit * length
+    return False
+
+
+@kernel
+def _clear(
+    robot: int,
+    k: int,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    chosen: NDArray[np.int8],
+    decided: NDArray[np.uint8],
+    gap: NDArray[np.float64],
+) -> bool:
+    """Whether the robot's move k is in conflict with no decided move of another."""
+    for j in range(rows.shape[0]):
+        if j != robot and decided[j] == 1:
+            g = max(float(gap[robot] + gap[j]), MIN_GAP)
+            if moves_conflict(
+                int(rows[robot]),
+                int(cols[robot]),
+                k,
+                int(rows[j]),
+                int(cols[j]),
+                int(chosen[j]),
+                g * g,
+            ):
+                return False
+    return True
+
+
+@kernel
+def _allowed(
+    robot: int,
+    k: int,
+    push: int,
+    moves: int,
+    able: int,
+    turning: int,
+    heading: int,
+    turn_to: NDArray[np.int8],
+) -> bool:
+    """Whether the robot can make move k in this step, walls, speed and heading considered."""
+    if moves & (1 << k) == 0 or (able >> (1 if k >= 4 else 0)) & 1 == 0:
+        return False
+    if turning == 1 and (k >= 4 or heading != k):
+        # It has to turn first. Pushed, it turns to the first way out and leaves a step later.
+        if k < 4 and push >= 0 and turn_to[robot] < 0:
+            turn_to[robot] = k
+        return False
+    return True
+
+
+@kernel
+def _decide(
+    root: int,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    wish: NDArray[np.int8],
+    able: NDArray[np.uint8],
+    moves: NDArray[np.uint8],
+    heading: NDArray[np.int8],
+    turning: NDArray[np.uint8],
+    gap: NDArray[np.float64],
+    chosen: NDArray[np.int8],
+    decided: NDArray[np.uint8],
+    turn_to: NDArray[np.int8],
+) -> bool:
+    """Whether the robot, and all it pushes, found moves that leave room for all decided ones.
+
+    A robot tries its wish, then (pushed) every way out, then staying. Whoever is undecided and
+    would be hit while standing is pushed in turn; if one of them finds no room everything since the
+    attempt is taken back. Written with a stack of its own: compiled recursion cannot be cached.
+    """
+    n = rows.shape[0]
+    robots = np.empty(n + 1, dtype=np.int32)
+    pushes = np.empty(n + 1, dtype=np.int8)
+    attempts = np.zeros(n + 1, dtype=np.int8)
+    scanned = np.zeros(n + 1, dtype=np.int32)  # robots already looked at for being hit
+    kept_chosen = np.empty((n + 1, n), dtype=np.int8)
+    kept_decided = np.empty((n + 1, n), dtype=np.uint8)
+    depth = 0
+    robots[0] = root
+    pushes[0] = STAY
+    returned = 0  # 1: the robot above found room, 2: it did not
+    while depth >= 0:
+        robot = int(robots[depth])
+        push = int(pushes[depth])
+        if returned == 2:
+            # Somebody could not be pushed away: take the attempt back.
+            chosen[:] = kept_chosen[depth]
+            decided[:] = kept_decided[depth]
+        elif returned == 0:
+            scanned[depth] = -1
+        trying = returned != 1
+        returned = 0
+        while trying:
+            attempt = attempts[depth]
+            if attempt == 10:
+                break
+            attempts[depth] += 1
+            if attempt == 0:
+                k = int(wish[robot])
+                if k < 0:
+                    continue
+            elif attempt < 9:
+                if push < 0:
+                    continue
+                k = _ONWARD[push][attempt - 1]
+                if k == wish[robot]:
+                    continue
+            else:
+                k = STAY
+            if k >= 0 and not _allowed(
+                robot,
+                k,
+                push,
+                moves[rows[robot], cols[robot]],
+                able[robot],
+                turning[robot],
+                heading[robot],
+                turn_to,
+            ):
+                continue
+            if not _clear(robot, k, rows, cols, chosen, decided, gap):
+                continue
+            kept_chosen[depth] = chosen
+            kept_decided[depth] = decided
+            chosen[robot] = k
+            decided[robot] = 1
+            scanned[depth] = 0 if k >= 0 else n
+            trying = False
+        if trying:
+            returned = 2
+            depth -= 1
+            continue
+        # Push the next undecided robot that would be hit while standing.
+        pushed = -1
+        while scanned[depth] < n and pushed < 0:
+            j = int(scanned[depth])
+            scanned[depth] += 1
+            if decided[j] == 0:
+                g = max(float(gap[robot] + gap[j]), MIN_GAP)
+                if moves_conflict(
+                    int(rows[robot]),
+                    int(cols[robot]),
+                    int(chosen[robot]),
+                    int(rows[j]),
+                    int(cols[j]),
+                    STAY,
+                    g * g,
+                ):
+                    pushed = j
+        if pushed < 0:
+            returned = 1
+            depth -= 1
+            continue
+        depth += 1
+        robots[depth] = pushed
+        pushes[depth] = chosen[robot]
+        attempts[depth] = 0
+    return returned == 1
+
+
+@kernel
+def resolve(
+    step: int,
+    cells: NDArray[np.int32],
+    wish: NDArray[np.int8],
+    moves: NDArray[np.uint8],
+    heading: NDArray[np.int8],
+    turning: NDArray[np.uint8],
+    gap: NDArray[np.float64],
+    rate: NDArray[np.float64],
+    credit: NDArray[np.float64],
+    waited: NDArray[np.int32],
+    yields_until: NDArray[np.int32],
+    yield_length: NDArray[np.int32],
+    travelled: NDArray[np.float64],
+    outcome: NDArray[np.uint8],
+) -> int:
+    """The number of robots that moved; updates cells, headings, credit and patience in place.
+
+    `wish` (n,) is the direction each mind asked for, `moves` the true moves, `gap` the radii
+    [cells]. A robot earns `rate` cells of travel a step while it wants to move; a straight move
+    takes 1, a diagonal sqrt(2), so that nobody is ever faster than allowed. `outcome` gets `MOVED`,
+    `TURNED` or 0.
+    """
+    n = cells.shape[0]
+    width = moves.shape[1]
+    rows = np.empty(n, dtype=np.int32)
+    cols = np.empty(n, dtype=np.int32)
+    able = np.zeros(n, dtype=np.uint8)
+    chosen = np.full(n, STAY, dtype=np.int8)
+    decided = np.zeros(n, dtype=np.uint8)
+    turn_to = np.full(n, STAY, dtype=np.int8)
+    wanted = np.empty(n, dtype=np.int8)
+    for i in range(n):
+        rows[i] = cells[i] // width
+        cols[i] = cells[i] % width
+        credit[i] += rate[i]
+        if credit[i] >= 1.0 - 1e-9:
+            able[i] |= 1
+        if credit[i] >= SQRT2 - 1e-9:
+            able[i] |= 2
+        k = wish[i]
+        # A wish for a move that does not exist is a wish to stay.
+        if k >= 0 and moves[rows[i], cols[i]] & (1 << k) == 0:
+            k = STAY
+        wanted[i] = k
+    # Those who want to move, then those who yield, then the idle; lower numbers first. Staying is
+    # always left to each: whatever was decided so far leaves room for everybody standing.
+    for rank in range(3):
+        for i in range(n):
+            mine = 2 if wanted[i] < 0 else (1 if yields_until[i] > step else 0)
+            if decided[i] == 0 and mine == rank:
+                _decide(
+                    i,
+                    rows,
+                    cols,
+                    wanted,
+                    able,
+                    moves,
+                    heading,
+                    turning,
+                    gap,
+                    chosen,
+                    decided,
+                    turn_to,
+                )
+    moved = 0
+    for i in range(n):
+        outcome[i] = 0
+        k = chosen[i]
+        if k >= 0:
+            cells[i] += DROW[k] * width + DCOL[k]
+            length = SQRT2 if k >= 4 else 1.0
+            credit[i] = max(credit[i] - length, 0.0)
+            travelled[i] += length
+            outcome[i] = MOVED
+            moved += 1
+            if k < 4:
+                heading[i] = k
+            waited[i] = 0
+            if k == wanted[i]:
+                yield_length[i] = YIELD
+            continue
+        if turning[i] == 1:
+            face = turn_to[i]
+            if face < 0 and wanted[i] >= 0 and wanted[i] < 4:
+                face = wanted[i]
+            if face >= 0 and face != heading[i]:
+                heading[i] = face
+                outcome[i] = TURNED
+                credit[i] = 0.0
+                continue
+        saving = wanted[i] >= 0 and (able[i] >> (1 if wanted[i] >= 4 else 0)) & 1 == 0
+        if not saving:
+            credit[i] = 0.0
+        if wanted[i] >= 0 and not saving:
+            waited[i] += 1
+            if waited[i] >= PATIENCE:
+                waited[i] = 0
+                yields_until[i] = step + 1 + yield_length[i]
+                yield_length[i] = min(2 * yield_length[i], 1024)
+        elif wanted[i] < 0:
+            waited[i] = 0
+    return moved

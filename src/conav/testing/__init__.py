@@ -1,0 +1,1 @@
+"""Checks that any strategy must pass; shipped so that users can run them on theirs."""
