@@ -4,13 +4,15 @@ Beside the fine cells a belief keeps three layers that follow from them and cost
 current, because a scan changes few cells:
 - `frontier`: free fine cells with an unknown straight neighbour (Yamauchi 1997);
 - `frontier_count`: how many of these lie in each planning cell, or, where the disc is larger than a
-  cell, within the disc's reach of it; and `targets`: the planning cells with some where no scan was
-  made yet (a sensor that looks twice from one place sees no more);
+  cell, within the disc's reach of it;
+- `marks`: per planning cell whether it is known to be standable (`OPEN`), was scanned from
+  (`STOOD`), and has frontier but was not scanned from (`TARGET`; a sensor that looks twice from one
+  place sees no more);
 - `moves`: the moves between planning cells the robot knows it can make: the true ones whose swept
   disc holds no unknown cell centre.
 """
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,14 @@ from conav.geometry.directions import DCOL, DROW
 from conav.maps.occupancy_grid import FREE, UNKNOWN
 from conav.maps.planning_grid import PlanningGrid
 
-_LAYERS = ("_cells", "_frontier", "_count", "_targets", "_moves", "_open", "_stood")
+_LAYERS = ("_cells", "_frontier", "_count", "_marks", "_moves")
+
+OPEN = 1
+"""Mark of a planning cell: known to be standable."""
+STOOD = 2
+"""Mark of a planning cell: a scan from here is held."""
+TARGET = 4
+"""Mark of a planning cell: frontier inside (or within the disc's reach), no scan from here."""
 
 
 class Belief:
@@ -35,19 +44,15 @@ class Belief:
         "_cells",
         "_count",
         "_frontier",
+        "_marks",
         "_moves",
-        "_open",
-        "_stood",
-        "_targets",
         "cells",
         "frontier",
         "frontier_count",
         "known",
-        "known_open",
+        "marks",
         "moves",
         "opened",
-        "stood",
-        "targets",
     )
 
     def __init__(self, plan: PlanningGrid) -> None:
@@ -55,11 +60,9 @@ class Belief:
         coarse = plan.moves.shape
         self._cells = np.full(fine, UNKNOWN, dtype=np.uint8)
         self._frontier = np.zeros(fine, dtype=np.uint8)
-        self._count = np.zeros(coarse, dtype=np.int32)
-        self._targets = np.zeros(coarse, dtype=np.uint8)
+        self._count = np.zeros(coarse, dtype=_count_type(plan))
+        self._marks = np.zeros(coarse, dtype=np.uint8)
         self._moves = np.zeros(coarse, dtype=np.uint8)
-        self._open = np.zeros(coarse, dtype=np.uint8)
-        self._stood = np.zeros(coarse, dtype=np.uint8)
         self.opened = 0  # planning cells known to be standable
         self.known = 0  # fine cells known; grows exactly when the content changes
         self._lock()
@@ -68,10 +71,13 @@ class Belief:
         self.cells = _locked(self._cells)  # (fine rows, fine cols) FREE, OCCUPIED or UNKNOWN
         self.frontier = _locked(self._frontier)  # (fine rows, fine cols) 0 or 1
         self.frontier_count = _locked(self._count)  # (rows, cols) frontier cells inside
-        self.targets = _locked(self._targets)  # (rows, cols) 1: frontier inside, no scan from here
+        self.marks = _locked(self._marks)  # (rows, cols) OPEN, STOOD and TARGET added up
         self.moves = _locked(self._moves)  # (rows, cols) bit k: known move in direction k
-        self.known_open = _locked(self._open)  # (rows, cols) 1: known to be standable
-        self.stood = _locked(self._stood)  # (rows, cols) 1: a scan from here is held
+
+    @property
+    def stood(self) -> NDArray[np.uint8]:
+        """1 for each planning cell from which a scan is held, shape (rows, cols); made anew."""
+        return (self._marks & STOOD) // np.uint8(STOOD)
 
     def copy(self) -> "Belief":
         """An independent belief with the same content."""
@@ -97,8 +103,8 @@ class Belief:
 
         `seen` holds flat fine indices; `scratch` is `new_scratch(plan)`.
         """
-        self._stood.reshape(-1)[cell] = 1
-        self._targets.reshape(-1)[cell] = 0
+        marks = self._marks.reshape(-1)
+        marks[cell] = int(marks[cell]) & OPEN | STOOD
         if len(seen) == 0:
             return 0
         fresh, opened = _integrate(
@@ -112,10 +118,8 @@ class Belief:
             self._cells,
             self._frontier,
             self._count,
-            self._targets,
-            self._stood,
+            self._marks,
             self._moves,
-            self._open,
             seen,
             scratch,
         )
@@ -133,6 +137,13 @@ def _restore(arrays: tuple[NDArray[np.uint8], ...], opened: int, known: int) -> 
     return belief
 
 
+def _count_type(plan: PlanningGrid) -> Any:
+    """The smallest type that holds the most frontier cells a planning cell can count."""
+    ratio = plan.lattice.ratio
+    across = (2 * frontier_reach.python(ratio, plan.radius_fine) + 1) * (int(ratio) + 2)
+    return np.uint16 if across * across < 2**16 else np.uint32
+
+
 T = TypeVar("T", bound=np.generic)
 
 
@@ -146,6 +157,12 @@ def new_scratch(plan: PlanningGrid) -> NDArray[np.int32]:
     """Working space for `Belief.hear`; may be shared by every belief over the same plan."""
     # Per planning cell a stamp and a place in the list of touched cells, and the stamp counter.
     return np.zeros(2 * plan.moves.size + 1, dtype=np.int32)
+
+
+@kernel
+def frontier_reach(ratio: float, radius: float) -> int:
+    """How many planning cells around its own the disc at a planning cell's centre reaches into."""
+    return int(np.ceil(max(0.0, radius - 0.5 * ratio) / ratio))
 
 
 @kernel
@@ -172,11 +189,9 @@ def _integrate(
     radius: float,
     cells: NDArray[np.uint8],
     frontier: NDArray[np.uint8],
-    count: NDArray[np.int32],
-    targets: NDArray[np.uint8],
-    stood: NDArray[np.uint8],
+    count: Any,  # (rows, cols) of an unsigned type wide enough
+    marks: NDArray[np.uint8],
     moves: NDArray[np.uint8],
-    known_open: NDArray[np.uint8],
     seen: NDArray[np.int32],
     scratch: NDArray[np.int32],
 ) -> tuple[int, int]:
@@ -189,7 +204,7 @@ def _integrate(
     touched = 0
     fresh = 0
     # A fine cell matters to discs and swept discs of planning cells this far around its own.
-    reach = int(np.ceil(max(0.0, radius - 0.5 * ratio) / ratio))
+    reach = frontier_reach(ratio, radius)
     spread = 1 + reach
     for i in range(seen.shape[0]):
         r = seen[i] // fine_cols
@@ -223,8 +238,14 @@ def _integrate(
                 pc = col_of[c2]
                 for r3 in range(max(pr - reach, 0), min(pr + reach, rows - 1) + 1):
                     for c3 in range(max(pc - reach, 0), min(pc + reach, cols - 1) + 1):
-                        count[r3, c3] += 2 * now - 1
-                        targets[r3, c3] = 1 if count[r3, c3] > 0 and stood[r3, c3] == 0 else 0
+                        if now == 1:
+                            count[r3, c3] += 1
+                        else:
+                            count[r3, c3] -= 1
+                        if count[r3, c3] > 0 and marks[r3, c3] & STOOD == 0:
+                            marks[r3, c3] |= TARGET
+                        else:
+                            marks[r3, c3] &= OPEN | STOOD
     # Spread the touched planning cells to their neighbourhood, each once.
     direct = touched
     for i in range(direct):
@@ -244,19 +265,19 @@ def _integrate(
     for i in range(touched):
         pr = scratch[size + i] // cols
         pc = scratch[size + i] % cols
-        if standable[pr, pc] == 0 or known_open[pr, pc] == 1:
+        if standable[pr, pc] == 0 or marks[pr, pc] & OPEN:
             continue
         x = (pc + 0.5) * ratio
         y = (pr + 0.5) * ratio
         if cells[min(int(y), fine_rows - 1), min(int(x), fine_cols - 1)] != UNKNOWN and (
             bare or capsule_is_known(cells, UNKNOWN, x, y, x, y, radius)
         ):
-            known_open[pr, pc] = 1
+            marks[pr, pc] |= OPEN
             opened += 1
     for i in range(touched):
         pr = scratch[size + i] // cols
         pc = scratch[size + i] % cols
-        if known_open[pr, pc] == 0:
+        if marks[pr, pc] & OPEN == 0:
             continue
         missing = true_moves[pr, pc] & ~moves[pr, pc]
         if missing == 0:
@@ -267,9 +288,9 @@ def _integrate(
                 continue
             r2 = pr + DROW[k]
             c2 = pc + DCOL[k]
-            if k >= 4 and (known_open[r2, pc] == 0 or known_open[pr, c2] == 0):
+            if k >= 4 and marks[r2, pc] & marks[pr, c2] & OPEN == 0:
                 continue  # a diagonal is possible only where both its corner cells are standable
-            if known_open[r2, c2] == 1 and (
+            if marks[r2, c2] & OPEN and (
                 bare
                 or capsule_is_known(
                     cells,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from conav.exploration.belief import Belief
+from conav.exploration.belief import STOOD, TARGET, Belief
 from conav.exploration.types import Action, TeamView
 from conav.exploration.viewpoints import HopelessCells, beside_frontier, nearest_viewpoint
 from conav.geometry.directions import DCOL, DROW
@@ -75,7 +75,7 @@ class Nearest:
                 return False  # pushed off the path
             memory.here = view.cell
             memory.left -= 1
-        if memory.left == 0 or belief.stood.item(goal):
+        if memory.left == 0 or belief.marks.item(goal) & STOOD:
             return False
         return self.keep_goal or _wanted(memory, belief)
 
@@ -84,9 +84,9 @@ def _wanted(memory: NearestMemory, belief: Belief) -> bool:
     """Whether the goal still promises something new."""
     if memory.looks_for >= 0:
         return belief.cells.item(memory.looks_for) == UNKNOWN
-    if belief.targets.item(memory.goal):
+    if belief.marks.item(memory.goal) & TARGET:
         return True
-    row, col = divmod(memory.goal, belief.stood.shape[1])
+    row, col = divmod(memory.goal, belief.marks.shape[1])
     around = belief.frontier_count[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2]
     return memory.beside and bool(around.any())
 
@@ -97,10 +97,10 @@ def _choose(memory: NearestMemory, view: TeamView) -> None:
     space = search_space(belief.moves.size)
     memory.looks_for = -1
     memory.beside = False
-    goal = _search(belief, view.cell, belief.targets, space)
+    goal = _search(belief, view.cell, belief.marks, TARGET, space)
     if goal < 0 and belief.frontier_count.any():
         memory.beside = True
-        goal = _search(belief, view.cell, beside_frontier(belief), space)
+        goal = _search(belief, view.cell, beside_frontier(belief), 1, space)
         if goal < 0:
             # The search went everywhere the robot can go, so its distances serve here.
             goal, memory.looks_for = nearest_viewpoint(
@@ -114,11 +114,14 @@ def _choose(memory: NearestMemory, view: TeamView) -> None:
     memory.path, memory.left = path_to(space, view.lattice.cols, goal)
 
 
-def _search(belief: Belief, start: int, goals: NDArray[np.uint8], space: SearchSpace) -> int:
+def _search(
+    belief: Belief, start: int, goals: NDArray[np.uint8], mask: int, space: SearchSpace
+) -> int:
     return search(
         belief.moves,
         start,
         goals,
+        mask,
         space.stamp,
         space.distance,
         space.parent,

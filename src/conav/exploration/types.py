@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -24,12 +25,17 @@ class ExplorationProblem:
     seed: int
     max_time_s: float  # [s] simulated
 
-    @property
+    @cached_property
     def step_s(self) -> float:
         """The length of a step [s]: the fastest robot's time for one straight move."""
         return self.plan.lattice.cell_m / max(robot.speed_mps for robot in self.robots)
 
-    @property
+    @cached_property
+    def perfect_radio(self) -> bool:
+        """Whether everybody hears everybody at once."""
+        return all(robot.radio.range_m is None for robot in self.robots)
+
+    @cached_property
     def rates(self) -> NDArray[np.float64]:
         """Cells of travel each robot earns in a step, 1 for the fastest, shape (n_robots,)."""
         top = max(robot.speed_mps for robot in self.robots)

@@ -41,12 +41,13 @@ def search(
     moves: NDArray[np.uint8],
     start: int,
     goals: NDArray[np.uint8],
+    mask: int,
     stamp: NDArray[np.int32],
     distance: NDArray[np.float64],
     parent: NDArray[np.int8],
     buckets: NDArray[np.int32],
 ) -> int:
-    """The nearest cell with `goals` not 0, or -1 when none can be reached.
+    """The nearest cell whose `goals` share a bit with `mask`, or -1 when none can be reached.
 
     Straight moves cost 1, diagonal ones sqrt(2); ties go to the lower flat index. Dijkstra with
     buckets of width 1 (Dial 1969; Denardo and Fox 1979): no move is shorter than a bucket, so all
@@ -79,7 +80,7 @@ def search(
             # Moved on to an earlier bucket by a shorter way: dealt with there.
             if int(reached) != level:
                 continue
-            if wanted[cell] != 0 and (
+            if wanted[cell] & mask and (
                 best < 0 or reached < distance[best] or (reached == distance[best] and cell < best)
             ):
                 best = cell

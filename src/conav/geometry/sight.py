@@ -107,26 +107,37 @@ def visible_cells(
                 # One column more on the low side: rounding may only cost a needless look.
                 first = max(int(low * near + 0.5) - 1, 0)
                 last = min(int(high * far + 0.5), limit)
+                # Centres seen lie in the columns from_c to to_c; c / d is compared exactly.
+                from_c = int(low * d)
+                while from_c / d < low:
+                    from_c += 1
+                to_c = int(high * d) + 1
+                while to_c / d > high:
+                    to_c -= 1
+                index = base + (first - 1) * side_step
                 for c in range(first, last + 1):
-                    index = base + c * side_step
-                    if flat[index] == OPAQUE:
-                        left = (c - 0.5) / far if c > 0 else -1.0
-                        right = (c + 0.5) / near
-                        if max(left, low) < min(right, high):
+                    index += side_step
+                    if flat[index] != OPAQUE:
+                        if from_c <= c <= to_c:
                             out[count] = index
                             count += 1
-                            if left > low:
-                                lows[1 - now, following] = low
-                                highs[1 - now, following] = left
-                                following += 1
-                            low = right
-                            if low >= high:
-                                break
-                    else:
-                        slope = c / d
-                        if low <= slope <= high:
-                            out[count] = index
-                            count += 1
+                        continue
+                    left = (c - 0.5) / far if c > 0 else -1.0
+                    right = (c + 0.5) / near
+                    if max(left, low) < min(right, high):
+                        out[count] = index
+                        count += 1
+                        if left > low:
+                            lows[1 - now, following] = low
+                            highs[1 - now, following] = left
+                            following += 1
+                        low = right
+                        if low >= high:
+                            break
+                        # No centre left of the wall's far edge is seen from here on.
+                        from_c = c + 1
+                        while from_c / d < low:
+                            from_c += 1
                 if low < high:
                     lows[1 - now, following] = low
                     highs[1 - now, following] = high

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from conav.errors import InputError
 from conav.runs.digest import Digest
+from conav.runs.encode import encode_pose, encode_step, encode_transforms
 from conav.runs.schemas import (
     EVENT_TOPICS,
     GRID,
@@ -73,8 +74,6 @@ class RunWriter:
         self._digest = Digest()
         self._flushed = monotonic()
         self._closed = False
-        types = self._store.types
-        self._step_type = types[STEP]
         self._serialize = self._store.serialize_cdr
 
     def __enter__(self) -> "RunWriter":
@@ -112,7 +111,7 @@ class RunWriter:
 
     def step(self, time_ns: int, record: StepRecord) -> None:
         """Write one step."""
-        self._put(STEP_TOPIC, STEP, time_ns, self._serialize(self._step_type(*record), STEP))
+        self._put(STEP_TOPIC, STEP, time_ns, encode_step(record))
         now = monotonic()
         if now - self._flushed > FLUSH_S:
             self.flush()
@@ -158,27 +157,11 @@ class RunWriter:
         self, time_ns: int, names: Sequence[str], poses: Sequence[tuple[float, float, float]]
     ) -> None:
         """Write the robots' poses x [m], y [m], yaw [rad] in the map frame, as ROS poses and tf."""
-        types = self._store.types
-        stamp = self._stamp(time_ns)
-        header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="map")
-        transforms: list[Any] = []
-        for name, (x, y, yaw) in zip(names, poses, strict=True):
-            turn = self._turn(yaw)
-            pose = types["geometry_msgs/msg/Pose"](
-                position=types["geometry_msgs/msg/Point"](x=x, y=y, z=0.0), orientation=turn
-            )
-            self._write(f"/{name}/pose", POSE, time_ns, types[POSE](header=header, pose=pose))
-            transforms.append(
-                types["geometry_msgs/msg/TransformStamped"](
-                    header=header,
-                    child_frame_id=f"{name}/base_link",
-                    transform=types["geometry_msgs/msg/Transform"](
-                        translation=types["geometry_msgs/msg/Vector3"](x=x, y=y, z=0.0),
-                        rotation=turn,
-                    ),
-                )
-            )
-        self._write("/tf", TF, time_ns, types[TF](transforms=transforms))
+        numbers = [(x, y, 0.0, 0.0, 0.0, sin(yaw / 2), cos(yaw / 2)) for x, y, yaw in poses]
+        for name, pose in zip(names, numbers, strict=True):
+            self._put(f"/{name}/pose", POSE, time_ns, encode_pose(time_ns, "map", pose))
+        children = [f"{name}/base_link" for name in names]
+        self._put("/tf", TF, time_ns, encode_transforms(time_ns, "map", children, numbers))
 
     def flush(self) -> None:
         """Finish the open chunk, so that everything so far survives the end of the process."""
@@ -197,9 +180,9 @@ class RunWriter:
         self._write(topic, STRING, time_ns, self._store.types[STRING](data=text))
 
     def _write(self, topic: str, kind: str, time_ns: int, message: Any) -> None:
-        self._put(topic, kind, time_ns, self._serialize(message, kind))
+        self._put(topic, kind, time_ns, bytes(self._serialize(message, kind)))
 
-    def _put(self, topic: str, kind: str, time_ns: int, payload: memoryview) -> None:
+    def _put(self, topic: str, kind: str, time_ns: int, payload: bytes) -> None:
         channel = self._channels.get(topic)
         if channel is None:
             channel = self._channel(topic, kind)
@@ -211,7 +194,7 @@ class RunWriter:
             channel_id=channel,
             log_time=time_ns,
             publish_time=time_ns,
-            data=cast("bytes", payload),
+            data=payload,
             sequence=sequence,
         )
 

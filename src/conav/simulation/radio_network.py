@@ -58,7 +58,7 @@ def exchange(state: WorldState, fresh: list[Scan | None], scratch: NDArray[np.in
     Brings held scans, beliefs and last heard positions up to date; `fresh` is each robot's new
     scan, if it made one.
     """
-    if all(robot.radio.range_m is None for robot in state.problem.robots):
+    if state.problem.perfect_radio:
         return _all_to_all(state, fresh, scratch)
     before = state.held.copy()
     for robot, scan in enumerate(fresh):

@@ -178,37 +178,35 @@ class _Recorder:
         self.writer.flush()
 
     def record(self, events: StepEvents, covered: int) -> None:
-        n = len(self.names)
-        ends = np.empty(n, dtype=np.uint32)
-        looked = np.zeros(n, dtype=np.uint8)
+        looked: list[int] = []
+        ends: list[int] = []
         parts: list[NDArray[np.int32]] = []
         total = 0
-        for robot, scan in enumerate(events.scans):
+        for scan in events.scans:
+            looked.append(scan is not None)
             if scan is not None:
-                looked[robot] = 1
                 parts.append(scan.seen)
                 total += len(scan.seen)
-            ends[robot] = total
+            ends.append(total)
+        scans = self.nobody
         if total:
             seen = np.concatenate(parts) if len(parts) > 1 else parts[0]
-            scans = seen.astype(np.uint32) | self.occupied[seen]
-        else:
-            scans = self.nobody
-        actions = events.actions
+            scans = seen.view(np.uint32) | self.occupied[seen]
+        wishes, goals, finished = zip(*events.actions, strict=True)
         time_ns = events.step * self.step_ns
         self.writer.step(
             time_ns,
             StepRecord(
                 events.step,
-                events.cells.astype(np.uint32),
-                events.headings.astype(np.uint8),
-                looked,
-                ends,
+                events.cells.view(np.uint32),
+                events.headings.view(np.uint8),
+                np.array(looked, dtype=np.uint8),
+                np.array(ends, dtype=np.uint32),
                 scans,
                 np.array(events.told, dtype=np.uint32).reshape(-1) if events.told else self.nobody,
-                np.array([action[0] for action in actions], dtype=np.int8),
-                np.array([action[1] for action in actions], dtype=np.int32),
-                np.array([action[2] for action in actions], dtype=np.uint8),
+                np.array(wishes, dtype=np.int8),
+                np.array(goals, dtype=np.int32),
+                np.array(finished, dtype=np.uint8),
                 events.messages,
                 events.bytes,
             ),

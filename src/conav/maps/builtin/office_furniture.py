@@ -21,6 +21,7 @@ Cells = NDArray[np.uint8]
 
 _GAP_M = 0.75  # [m] clear width around furniture
 _DOOR_CLEAR_M = 0.9  # [m] nothing stands so far in front of a door
+_COARSEST_M = 0.5  # [m] in larger cells a desk would look like a wall
 _SIDES: tuple[Side, ...] = ("front", "back", "left", "right")
 
 
@@ -165,7 +166,9 @@ def _overlap(one: _Box, other: _Box, gap: int) -> bool:
 
 
 def furnish(room: Room, site: Site) -> None:
-    """Draws the furniture of a room into it, as much of it as fits."""
+    """Draws the furniture of a room into it, as much of it as fits; none in coarse cells."""
+    if site.resolution > _COARSEST_M:
+        return
     _RECIPES[room.kind](_Fitting(room, site), site)
 
 

@@ -103,7 +103,7 @@ def _shares(length: int, site: Site, halls: tuple[Kind, ...]) -> list[tuple[int,
     """First and past-the-end column and kind of each room, with walls between them."""
     wall = inner_wall(site)
     module = site.cells(_MODULE_M, least=wall + 1)
-    left = (length + wall) // module
+    left = max(1, (length + wall) // module)
     sizes: list[tuple[int, Kind]] = []
     for kind in halls:
         size = min(site.pick(*_HALL_MODULES), left - 2)

@@ -7,8 +7,9 @@ import numpy as np
 from conav.maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 _START = 4  # cells a side of the lower left square where robots start
-_TRIES = 400
-_STRIP_M = 0.5  # [m] clear width around an obstacle, and on larger grids two cells at least
+_TRIES = 2000
+_TRIES_AT_ONCE = 40  # then all are placed anew, as the first may leave no place for the rest
+_STRIP_M = 0.6  # [m] clear width around an obstacle, and on larger grids two cells at least
 
 _Box = tuple[int, int, int, int]  # first and past-the-end column, first and past-the-end row
 
@@ -19,7 +20,7 @@ def three_obstacles(
     """An open rectangle of grid points with three rectangular obstacles placed by `rng`.
 
     Sizes in metres, rounded to whole cells; at least 12 cells a side. After the world of
-    [Philip2013], "three obstacles" in a Z x Z grid whose border is the limit: no wall cells stand
+    [Philip2014], "three obstacles" in a Z x Z grid whose border is the limit: no wall cells stand
     around it. The papers give neither Z nor the places of the obstacles, so both are ours. Free
     cells are one 4-connected part, because obstacles touch neither each other nor the border, and
     the 4 x 4 cells at the lower left are free for robots to start on.
@@ -35,8 +36,10 @@ def three_obstacles(
 
 def _layout(rows: int, cols: int, strip: int, rng: np.random.Generator) -> list[_Box]:
     """Three boxes with so many clear cells around each."""
-    boxes: list[_Box] = [(0, _START, 0, _START)]  # the start is kept clear like an obstacle
-    for _ in range(_TRIES):
+    boxes: list[_Box] = []
+    for attempt in range(_TRIES):
+        if attempt % _TRIES_AT_ONCE == 0:
+            boxes = [(0, _START, 0, _START)]  # the start is kept clear like an obstacle
         wide = int(rng.integers(max(1, cols // 8), max(2, cols // 3) + 1))
         high = int(rng.integers(max(1, rows // 8), max(2, rows // 3) + 1))
         left = int(rng.integers(strip, cols - strip - wide + 1))
