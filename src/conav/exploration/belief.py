@@ -77,7 +77,7 @@ class Belief:
     @property
     def stood(self) -> NDArray[np.uint8]:
         """1 for each planning cell from which a scan is held, shape (rows, cols); made anew."""
-        return (self._marks & STOOD) // np.uint8(STOOD)
+        return (self._marks & STOOD != 0).astype(np.uint8)
 
     def copy(self) -> "Belief":
         """An independent belief with the same content."""

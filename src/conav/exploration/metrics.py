@@ -51,10 +51,10 @@ def exploration_metrics(
     final = covered[-1] if covered else 0
     return ExplorationMetrics(
         steps=max(len(covered) - 1, 0),
-        time_s=max(len(covered) - 1, 0) * step_s,
+        time_s=_time(max(len(covered) - 1, 0), step_s),
         coverage=final / observable if observable else 1.0,
         **{f"t{share}_s": _time_to(covered, observable, share, step_s) for share in SHARES},
-        path_m=tuple(float(length) for length in travelled_m),
+        path_m=tuple(round(float(length), 9) for length in travelled_m),
         overlap=float(sensed.sum()) / final - 1.0 if final else 0.0,
         balance={"seen": _spread(discovered), "path": _spread(travelled_m)},
         messages=messages,
@@ -65,8 +65,13 @@ def exploration_metrics(
 def _time_to(covered: Sequence[int], observable: int, share: int, step_s: float) -> float | None:
     for step, count in enumerate(covered):
         if count * 100 >= share * observable:
-            return step * step_s
+            return _time(step, step_s)
     return None
+
+
+def _time(step: int, step_s: float) -> float:
+    """The time of a step [s], without the last digits' rounding error."""
+    return round(step * step_s, 9)
 
 
 def _spread(values: NDArray[np.int64] | NDArray[np.float64]) -> float:

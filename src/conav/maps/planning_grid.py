@@ -82,7 +82,8 @@ def default_cell(resolution: float, radius_m: float) -> float:
     robots follow each other round a corner without touching, which takes 2 sqrt(2) radii.
     """
     wanted = 2.0 * 2.0**0.5 * radius_m
-    return resolution * max(int(np.ceil(wanted / resolution - 1e-9)), 1)
+    pixels = max(int(np.ceil(wanted / resolution - 1e-9)), 1)
+    return round(pixels * resolution, 12)  # 3 * 0.1 without its rounding error
 
 
 def planning_grid(
