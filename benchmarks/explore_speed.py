@@ -31,8 +31,6 @@ def measure(map_name: object, repeat: int, **options: object) -> None:
                 print(f"  first run {whole:.2f} s with loading", flush=True)
             else:
                 rates.append(rate)
-    size = (Path(folder) / "run.mcap").name
-    del size
     print(
         f"  {done.status}, {done.metrics.steps} steps, "
         f"median {statistics.median(rates):,.0f} steps/s "

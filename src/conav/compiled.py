@@ -137,6 +137,12 @@ def cache_folder() -> Path | None:
     return _folder
 
 
+def compiled_before() -> bool:
+    """Whether kernels of some version of conav lie in the cache."""
+    folder = cache_folder()
+    return folder is not None and any(folder.iterdir())
+
+
 def _candidates() -> list[Path]:
     folders: list[Path] = []
     if os.environ.get("CONAV_CACHE_DIR"):

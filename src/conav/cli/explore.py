@@ -99,8 +99,13 @@ def explore(
     import tempfile
 
     from conav.cli.progress import ExplorationProgress
+    from conav.compiled import compiled_before
     from conav.simulation.explore import explore as run
 
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+        )
     with tempfile.TemporaryDirectory(prefix="conav-") as folder:
         # Pictures are drawn from the run file; without --out it is a temporary one.
         target = out

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from conav.compiled import kernel
 from conav.exploration.belief import Belief
@@ -38,7 +37,13 @@ class HopelessCells:
 
 def beside_frontier(belief: Belief) -> NDArray[np.uint8]:
     """Planning cells beside a cell with frontier and not scanned from yet, shape (rows, cols)."""
-    near = ndimage.maximum_filter(belief.frontier_count, size=3, mode="constant") > 0
+    rows, cols = belief.frontier_count.shape
+    inside = np.zeros((rows + 2, cols + 2), dtype=np.bool_)
+    inside[1:-1, 1:-1] = belief.frontier_count > 0
+    near = np.zeros((rows, cols), dtype=np.bool_)
+    for down in range(3):
+        for right in range(3):
+            near |= inside[down : down + rows, right : right + cols]
     cells = (near & (belief.stood == 0)).astype(np.uint8)
     cells.flags.writeable = False
     return cells

@@ -1,1 +1,1 @@
-"""Still and moving pictures of runs and maps, drawn from their data alone."""
+"""Still and moving pictures of maps and runs. Nothing here is needed to make a run."""

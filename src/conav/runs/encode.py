@@ -84,4 +84,3 @@ def _stamped(time_ns: int, frame: str) -> bytes:
 def _string(text: str) -> bytes:
     data = text.encode() + b"\x00"
     return _LENGTH.pack(len(data)) + data
-

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from conav.compiled import kernel
 from conav.geometry.directions import DCOL, DROW
@@ -32,6 +31,8 @@ def observable_cells(
         return _seen_from_nearest(plan.walls, places, square)
     if not places.any():
         return np.zeros_like(places)
+    from scipy import ndimage  # slow to import, and most runs have a sensor with occlusion
+
     nearest = ndimage.distance_transform_edt(
         places == 0, return_distances=False, return_indices=True
     )
