@@ -17,13 +17,34 @@ from conav.robots.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class ExplorationProblem:
-    """Everything a run depends on besides the strategy."""
+    """Everything a run depends on besides the strategy.
+
+    Raises `ValueError` when robots, starts and planning grid do not belong together: the grid's
+    moves were tested for one radius, with or without diagonals.
+    """
 
     plan: PlanningGrid
     robots: tuple[Robot, ...]
     starts: tuple[int, ...]  # planning cell of each robot, flat index
     seed: int
     max_time_s: float  # [s] simulated
+
+    def __post_init__(self) -> None:
+        if not self.robots or len(self.starts) != len(self.robots):
+            raise ValueError(f"{len(self.robots)} robots need as many starts, one at least")
+        for robot, cell in zip(self.robots, self.starts, strict=True):
+            if robot.radius_m > self.plan.radius_m:
+                raise ValueError(
+                    f"{robot.name} has radius {robot.radius_m:g} m; the planning grid was made for "
+                    f"{self.plan.radius_m:g} m"
+                )
+            if robot.motion.diagonal != self.plan.diagonal:
+                raise ValueError(
+                    f"{robot.name} is {robot.motion.name}; make the planning grid with "
+                    f"diagonal={robot.motion.diagonal}"
+                )
+            if not self.plan.standable.reshape(-1)[cell]:
+                raise ValueError(f"{robot.name} cannot stand at planning cell {cell}")
 
     @cached_property
     def step_s(self) -> float:

@@ -66,6 +66,7 @@ class PlanningGrid:
     grid: OccupancyGrid
     lattice: Lattice
     radius_m: float  # [m] of the robot's disc
+    diagonal: bool  # whether diagonal moves are among the moves
     walls: NDArray[np.uint8]  # (fine rows, fine cols) FREE or OCCUPIED; unknown counts as a wall
     moves: NDArray[np.uint8]  # (rows, cols) bit k: the move in direction k is possible
     standable: NDArray[np.uint8]  # (rows, cols) 1 where the disc fits at the centre
@@ -145,6 +146,7 @@ def planning_grid(
         grid=grid,
         lattice=lattice,
         radius_m=float(radius_m),
+        diagonal=diagonal,
         walls=_locked(walls),
         moves=_locked(moves),
         standable=_locked(standable),

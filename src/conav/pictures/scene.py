@@ -48,9 +48,9 @@ class Scene:
         """Add a stretch of a robot's path through these points [m], shape (m, 2)."""
         if len(points) < 2:
             return
-        right = down = self._shift[robot]
+        shift = self._shift[robot]
         pixels = [self._sharp(*self.view.pixel(float(x), float(y))) for x, y in _corners(points)]
-        pixels = [(x + 2 * right, y + down) for x, y in pixels]
+        pixels = [(x + 2 * shift, y + shift) for x, y in pixels]
         colour = self.colours.line(robot)
         for x0, y0, x1, y1 in _pieces(pixels):
             mask = stroke(x0, y0, x1, y1, self._line / 2)
