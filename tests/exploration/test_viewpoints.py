@@ -20,9 +20,7 @@ def search_from(belief: Belief, start: int) -> SearchSpace:
     """A search over everything known to be reachable."""
     space = SearchSpace(belief.moves.size)
     nothing = np.zeros(belief.moves.shape, np.uint8)
-    search(
-        belief.moves, start, nothing, 1, space.stamp, space.distance, space.parent, space.buckets
-    )
+    search(belief.moves, start, nothing, 1, space)
     return space
 
 

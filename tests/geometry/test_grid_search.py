@@ -33,9 +33,7 @@ def dijkstra(moves: np.ndarray, start: int) -> dict[int, float]:
 
 
 def run(space: SearchSpace, moves: np.ndarray, start: int, goals: np.ndarray, mask: int = 1) -> int:
-    return search(
-        moves, start, goals, mask, space.stamp, space.distance, space.parent, space.buckets
-    )
+    return search(moves, start, goals, mask, space)
 
 
 def inside(moves: np.ndarray) -> np.ndarray:

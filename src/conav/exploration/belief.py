@@ -53,6 +53,7 @@ class Belief:
         "marks",
         "moves",
         "opened",
+        "ways",
     )
 
     def __init__(self, plan: PlanningGrid) -> None:
@@ -64,6 +65,7 @@ class Belief:
         self._marks = np.zeros(coarse, dtype=np.uint8)
         self._moves = np.zeros(coarse, dtype=np.uint8)
         self.opened = 0  # planning cells known to be standable
+        self.ways = 0  # moves known to be possible
         self.known = 0  # fine cells known; grows exactly when the content changes
         self._lock()
 
@@ -84,13 +86,13 @@ class Belief:
         other = object.__new__(Belief)
         for name in _LAYERS:
             setattr(other, name, getattr(self, name).copy())
-        other.opened, other.known = self.opened, self.known
+        other.opened, other.ways, other.known = self.opened, self.ways, self.known
         other._lock()
         return other
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
         arrays = tuple(getattr(self, name) for name in _LAYERS)
-        return (_restore, (arrays, self.opened, self.known))
+        return (_restore, (arrays, self.opened, self.ways, self.known))
 
     def hear(
         self,
@@ -107,7 +109,7 @@ class Belief:
         marks[cell] = int(marks[cell]) & OPEN | STOOD
         if len(seen) == 0:
             return 0
-        fresh, opened = _integrate(
+        fresh, opened, ways = _integrate(
             plan.walls,
             plan.moves,
             plan.standable,
@@ -125,14 +127,15 @@ class Belief:
         )
         self.known += fresh
         self.opened += opened
+        self.ways += ways
         return fresh
 
 
-def _restore(arrays: tuple[NDArray[np.uint8], ...], opened: int, known: int) -> Belief:
+def _restore(arrays: tuple[NDArray[np.uint8], ...], opened: int, ways: int, known: int) -> Belief:
     belief = object.__new__(Belief)
     for name, array in zip(_LAYERS, arrays, strict=True):
         setattr(belief, name, array)
-    belief.opened, belief.known = opened, known
+    belief.opened, belief.ways, belief.known = opened, ways, known
     belief._lock()  # pyright: ignore[reportPrivateUsage]
     return belief
 
@@ -194,8 +197,8 @@ def _integrate(
     moves: NDArray[np.uint8],
     seen: NDArray[np.int32],
     scratch: NDArray[np.int32],
-) -> tuple[int, int]:
-    """How many fine cells became known and how many planning cells known to be standable."""
+) -> tuple[int, int, int]:
+    """How many fine cells became known, planning cells known to be standable, and moves known."""
     fine_rows, fine_cols = cells.shape
     rows, cols = moves.shape
     size = rows * cols
@@ -203,9 +206,13 @@ def _integrate(
     scratch[2 * size] = stamp
     touched = 0
     fresh = 0
-    # A fine cell matters to discs and swept discs of planning cells this far around its own.
     reach = frontier_reach(ratio, radius)
-    spread = 1 + reach
+    # Where planning cells are the fine cells and the disc stays inside one, the centre is all a
+    # robot has to know of a cell, and both ends all it has to know of a move.
+    bare = ratio == 1.0 and radius < 0.5
+    # A fine cell matters to the ends of moves that pass its centre within the radius, or that lie
+    # in it: this many planning cells around the one its centre is in.
+    spread = 1 if bare else int(max(radius, 0.5) / ratio + 1.5)
     for i in range(seen.shape[0]):
         r = seen[i] // fine_cols
         c = seen[i] - r * fine_cols
@@ -222,7 +229,7 @@ def _integrate(
             scratch[size + touched] = centre
             touched += 1
     if fresh == 0:
-        return 0, 0
+        return 0, 0, 0
     for i in range(seen.shape[0]):
         r = seen[i] // fine_cols
         c = seen[i] - r * fine_cols
@@ -258,10 +265,8 @@ def _integrate(
                     scratch[index] = stamp
                     scratch[size + touched] = index
                     touched += 1
-    # Where planning cells are the fine cells and the disc stays inside one, the centre is all a
-    # robot has to know of a cell, and both ends all it has to know of a move.
-    bare = ratio == 1.0 and radius < 0.5
     opened = 0
+    ways = 0
     for i in range(touched):
         pr = scratch[size + i] // cols
         pc = scratch[size + i] % cols
@@ -304,4 +309,5 @@ def _integrate(
             ):
                 moves[pr, pc] |= 1 << k
                 moves[r2, c2] |= 1 << (k + 2)
-    return fresh, opened
+                ways += 2
+    return fresh, opened, ways

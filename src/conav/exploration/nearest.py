@@ -10,7 +10,7 @@ from conav.exploration.belief import STOOD, TARGET, Belief
 from conav.exploration.types import Action, TeamView
 from conav.exploration.viewpoints import HopelessCells, beside_frontier, nearest_viewpoint
 from conav.geometry.directions import DCOL, DROW
-from conav.geometry.grid_search import SearchSpace, path_to, search, search_space
+from conav.geometry.grid_search import path_to, search, search_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.messages.message import Message
 
@@ -97,10 +97,10 @@ def _choose(memory: NearestMemory, view: TeamView) -> None:
     space = search_space(belief.moves.size)
     memory.looks_for = -1
     memory.beside = False
-    goal = _search(belief, view.cell, belief.marks, TARGET, space)
+    goal = search(belief.moves, view.cell, belief.marks, TARGET, space)
     if goal < 0 and belief.frontier_count.any():
         memory.beside = True
-        goal = _search(belief, view.cell, beside_frontier(belief), 1, space)
+        goal = search(belief.moves, view.cell, beside_frontier(belief), 1, space)
         if goal < 0:
             # The search went everywhere the robot can go, so its distances serve here.
             goal, memory.looks_for = nearest_viewpoint(
@@ -112,18 +112,3 @@ def _choose(memory: NearestMemory, view: TeamView) -> None:
         return
     memory.here = view.cell
     memory.path, memory.left = path_to(space, view.lattice.cols, goal)
-
-
-def _search(
-    belief: Belief, start: int, goals: NDArray[np.uint8], mask: int, space: SearchSpace
-) -> int:
-    return search(
-        belief.moves,
-        start,
-        goals,
-        mask,
-        space.stamp,
-        space.distance,
-        space.parent,
-        space.buckets,
-    )

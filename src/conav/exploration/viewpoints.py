@@ -29,9 +29,9 @@ from conav.robots.sensor import Sensor
 
 @dataclass
 class HopelessCells:
-    """Unknown cells no known place can see, remembered until a new place opens."""
+    """Unknown cells no known place can see, remembered until a new place or way opens."""
 
-    opened: int = -1
+    opened: tuple[int, int] = (-1, -1)  # places and ways known then
     flags: NDArray[np.uint8] | None = None  # (fine rows, fine cols)
 
 
@@ -61,8 +61,8 @@ def nearest_viewpoint(
 
     `reached` holds the last search from the robot over everything it can reach.
     """
-    if hopeless.flags is None or hopeless.opened != belief.opened:
-        hopeless.opened = belief.opened
+    if hopeless.flags is None or hopeless.opened != (belief.opened, belief.ways):
+        hopeless.opened = (belief.opened, belief.ways)
         hopeless.flags = np.zeros(belief.cells.shape, dtype=np.uint8)
     limits = lateral_limits(sensor.range_m / lattice.resolution)
     hidden = _unknown_beside_frontier(belief)
@@ -77,6 +77,7 @@ def nearest_viewpoint(
         lattice.col_of,
         lattice.fine_row,
         lattice.fine_col,
+        0 if lattice.ratio >= 1 else int(0.5 / lattice.ratio) + 1,
         reached.stamp,
         reached.distance,
         new_gap_space(limits),
@@ -108,6 +109,7 @@ def _nearest_viewpoint(
     col_of: NDArray[np.int32],
     fine_row: NDArray[np.int32],
     fine_col: NDArray[np.int32],
+    spread: int,
     stamp: NDArray[np.int32],
     distance: NDArray[np.float64],
     lows: NDArray[np.float64],
@@ -133,17 +135,23 @@ def _nearest_viewpoint(
         for j in range(count):
             r2 = out[j] // fine_cols
             c2 = out[j] % fine_cols
-            pr = row_of[r2]
-            pc = col_of[c2]
-            if fine_row[pr] != r2 or fine_col[pc] != c2 or stood[pr, pc] == 1:
-                continue
-            cell = pr * cols + pc
-            if stamp[cell] == now:
-                found = True
-                if distance[cell] < shortest or (distance[cell] == shortest and cell < best):
-                    shortest = distance[cell]
-                    best = cell
-                    target = hidden[i]
+            # The planning cells whose centre lies in this fine cell: one at most, unless planning
+            # cells are smaller than fine ones.
+            for pr in range(max(row_of[r2] - spread, 0), min(row_of[r2] + spread, rows - 1) + 1):
+                for pc in range(
+                    max(col_of[c2] - spread, 0), min(col_of[c2] + spread, cols - 1) + 1
+                ):
+                    if fine_row[pr] != r2 or fine_col[pc] != c2 or stood[pr, pc] == 1:
+                        continue
+                    cell = pr * cols + pc
+                    if stamp[cell] == now:
+                        found = True
+                        if distance[cell] < shortest or (
+                            distance[cell] == shortest and cell < best
+                        ):
+                            shortest = distance[cell]
+                            best = cell
+                            target = hidden[i]
         if not found:
             hopeless[r, c] = 1
     return best, target

@@ -2,7 +2,8 @@
 
 Everything is measured in fine cells ("pixels"): pixel (r, c) is the square from (c, r) to
 (c + 1, r + 1) in (x, y). A disc of radius `radius` touches a pixel when the distance from its
-centre to the square is smaller than the radius.
+centre to the square is smaller than the radius, by more than `SLACK`: a disc that just fits between
+two walls fits, whatever the rounding of lengths such as 0.1 m says.
 """
 
 import numpy as np
@@ -12,6 +13,7 @@ from conav.compiled import kernel
 from conav.geometry.directions import DCOL, DROW
 
 FREE = 0
+SLACK = 1e-9  # on squared distances [fine cells^2]
 
 
 @kernel
@@ -72,11 +74,11 @@ def capsule_is_free(
 ) -> bool:
     """Whether a disc swept from a to b touches only free pixels and stays inside the grid."""
     rows, cols = cells.shape
-    if min(ax, bx) - radius < -1e-9 or max(ax, bx) + radius > cols + 1e-9:
+    if min(ax, bx) - radius < -SLACK or max(ax, bx) + radius > cols + SLACK:
         return False
-    if min(ay, by) - radius < -1e-9 or max(ay, by) + radius > rows + 1e-9:
+    if min(ay, by) - radius < -SLACK or max(ay, by) + radius > rows + SLACK:
         return False
-    square = radius * radius
+    square = radius * radius - SLACK
     for r in range(max(int(min(ay, by) - radius), 0), min(int(max(ay, by) + radius), rows - 1) + 1):
         for c in range(
             max(int(min(ax, bx) - radius), 0), min(int(max(ax, bx) + radius), cols - 1) + 1
@@ -148,7 +150,7 @@ def capsule_is_known(
     the swept disc, so a robot at that end can always see what it must know.
     """
     rows, cols = belief.shape
-    square = radius * radius
+    square = radius * radius + SLACK
     for r in range(max(int(min(ay, by) - radius), 0), min(int(max(ay, by) + radius), rows - 1) + 1):
         for c in range(
             max(int(min(ax, bx) - radius), 0), min(int(max(ax, bx) + radius), cols - 1) + 1

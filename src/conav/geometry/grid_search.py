@@ -18,7 +18,8 @@ class SearchSpace:
 
     def __init__(self, size: int) -> None:
         self.stamp = np.zeros(size + 1, dtype=np.int32)  # [size] counts the searches
-        self.distance = np.empty(size, dtype=np.float64)
+        self.distance = np.empty(size, dtype=np.float64)  # [cells]
+        self.diagonals = np.empty(size, dtype=np.int32)  # diagonal moves among them
         self.parent = np.empty(size, dtype=np.int8)  # direction by which a cell was reached
         self.path = np.empty(size, dtype=np.int8)
         self.buckets = np.empty((3, size), dtype=np.int32)
@@ -36,25 +37,46 @@ def search_space(size: int) -> SearchSpace:
     return space
 
 
-@kernel
 def search(
     moves: NDArray[np.uint8],
     start: int,
     goals: NDArray[np.uint8],
     mask: int,
-    stamp: NDArray[np.int32],
-    distance: NDArray[np.float64],
-    parent: NDArray[np.int8],
-    buckets: NDArray[np.int32],
+    space: SearchSpace,
 ) -> int:
     """The nearest cell whose `goals` share a bit with `mask`, or -1 when none can be reached.
 
     Straight moves cost 1, diagonal ones sqrt(2); ties go to the lower flat index. Dijkstra with
     buckets of width 1 (Dial 1969; Denardo and Fox 1979): no move is shorter than a bucket, so all
     distances in the bucket at hand are final and their order inside it does not matter. On return
-    `stamp[cell] == stamp[-1]` marks the cells whose `distance` and `parent` are current; they are
-    final everywhere when nothing was found.
+    `space.stamp[cell] == space.stamp[-1]` marks the cells whose distance and parent are current;
+    they are final everywhere when nothing was found.
     """
+    return _search(
+        moves,
+        start,
+        goals,
+        mask,
+        space.stamp,
+        space.distance,
+        space.diagonals,
+        space.parent,
+        space.buckets,
+    )
+
+
+@kernel
+def _search(
+    moves: NDArray[np.uint8],
+    start: int,
+    goals: NDArray[np.uint8],
+    mask: int,
+    stamp: NDArray[np.int32],
+    distance: NDArray[np.float64],
+    diagonals: NDArray[np.int32],
+    parent: NDArray[np.int8],
+    buckets: NDArray[np.int32],
+) -> int:
     cols = moves.shape[1]
     flat = moves.reshape(-1)
     wanted = goals.reshape(-1)
@@ -63,6 +85,7 @@ def search(
     stamp[size] = now
     stamp[start] = now
     distance[start] = 0.0
+    diagonals[start] = 0
     parent[start] = -1
     filled = np.zeros(3, dtype=np.int64)
     buckets[0, 0] = start
@@ -92,10 +115,15 @@ def search(
             if int(reached) != level:
                 continue
             bits = flat[cell]
+            diagonal = diagonals[cell]
+            # Lengths are made from the two numbers of moves, never added up move by move, so that
+            # equal lengths are equal floats whatever the order of the moves.
+            straight = int(reached - diagonal * SQRT2 + 0.5)
             for k in range(8):
                 if bits & (1 << k):
                     following = cell + DROW[k] * cols + DCOL[k]
-                    length = reached + (1.0 if k < 4 else SQRT2)
+                    more = diagonal + (1 if k >= 4 else 0)
+                    length = straight + (1 if k < 4 else 0) + more * SQRT2
                     if stamp[following] != now:
                         stamp[following] = now
                     elif length >= distance[following]:
@@ -103,9 +131,11 @@ def search(
                     elif int(distance[following]) == int(length):
                         # It lies in that bucket already.
                         distance[following] = length
+                        diagonals[following] = more
                         parent[following] = k
                         continue
                     distance[following] = length
+                    diagonals[following] = more
                     parent[following] = k
                     other = int(length) % 3
                     buckets[other, filled[other]] = following
