@@ -258,7 +258,9 @@ def test_parts_are_those_of_a_plain_labelling(cells: np.ndarray, ratio: float) -
     assert np.array_equal(labels >= 0, standable == 1)
     if ratio == 1.0:
         expected, count = ndimage.label(standable)
-        pairs = set(zip(labels[standable == 1].tolist(), expected[standable == 1].tolist()))
+        pairs = set(
+            zip(labels[standable == 1].tolist(), expected[standable == 1].tolist(), strict=True)
+        )
         assert len(pairs) == count == int(labels.max()) + 1
     seen = labels[labels >= 0]
     if len(seen):

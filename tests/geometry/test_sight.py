@@ -70,11 +70,17 @@ def test_sight_equals_its_definition(grid: tuple[np.ndarray, int, int], reach: f
 
 @settings(max_examples=150, deadline=None)
 @given(grids)
-def test_three_ways_to_sight_agree(grid: tuple[np.ndarray, int, int]) -> None:
-    """Shadow casting, walking the segment, and the verifier's rows and rays."""
+def test_all_ways_to_sight_agree(grid: tuple[np.ndarray, int, int]) -> None:
+    """Shadow casting, walking the segment, and the verifier's rows, shades and whole view."""
     cells, r, c = grid
     cells[r, c] = 0
     seen = view(cells, r, c, 30.0)
+    nothing, marks = np.zeros_like(cells), np.zeros_like(cells)
+    missed, fresh = verify_geometry.look_around(
+        cells, nothing, 1, nothing, marks, 4, nothing + 1, r, c, 900.0, True
+    )
+    assert set(np.flatnonzero(marks == 4).tolist()) == seen
+    assert missed == fresh == len(seen)
     for r2 in range(cells.shape[0]):
         for c2 in range(cells.shape[1]):
             if (r, c) == (r2, c2):

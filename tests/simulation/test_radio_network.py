@@ -10,9 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conav.exploration import verify_geometry
 from conav.exploration.belief import Belief, new_scratch
 from conav.exploration.types import Action, ExplorationProblem, TeamView
+from conav.geometry.sight import (
+    lateral_limits,
+    new_gap_space,
+    sight_buffer_size,
+    visible_cells,
+)
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from conav.maps.planning_grid import planning_grid
@@ -75,28 +80,22 @@ def tick(engine: Engine, state: WorldState, following: Sequence[int] | None = No
 
 
 def full_view(state: WorldState, cell: int) -> np.ndarray:
-    """All fine cells in view of a planning cell, one by one, by the verifier's geometry."""
+    """All fine cells in view of a planning cell."""
     plan = state.problem.plan
     lattice = plan.lattice
     row, col = divmod(cell, lattice.cols)
-    everything = np.arange(plan.walls.size)
-    square = (state.problem.robots[0].sensor.range_m / lattice.resolution) ** 2
-    return np.array(
-        [
-            i
-            for i in everything
-            if verify_geometry.false_claims(
-                plan.walls,
-                everything[i : i + 1],
-                int(lattice.fine_row[row]),
-                int(lattice.fine_col[col]),
-                square,
-                True,
-            )
-            == 0
-        ],
-        np.int32,
+    limits = lateral_limits(state.problem.robots[0].sensor.range_m / lattice.resolution)
+    out = np.zeros(sight_buffer_size(limits), np.int32)
+    count = visible_cells(
+        plan.walls,
+        int(lattice.fine_row[row]),
+        int(lattice.fine_col[col]),
+        limits,
+        new_gap_space(limits),
+        new_gap_space(limits),
+        out,
     )
+    return np.unique(out[:count]).astype(np.int32)
 
 
 class Flood:

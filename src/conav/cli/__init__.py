@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 
 DONE = 0
 NOT_DONE = 1
@@ -11,6 +12,9 @@ INTERRUPTED = 130
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 1 not done, 2 bad input."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        # A map's name may hold what the terminal's encoding does not.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = run(arguments)
         sys.stdout.flush()
@@ -26,6 +30,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     from cyclopts import CycloptsError
 
     from conav.cli.app import app
+    from conav.cli.interrupts import Interrupted
     from conav.errors import InputError
 
     tokens = list(sys.argv[1:] if arguments is None else arguments)
@@ -34,7 +39,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return code if isinstance(code, int) else DONE
     except CycloptsError as error:
         text = " ".join(str(error).split())
-        print(f"conav: {text} Try: conav --help", file=sys.stderr)
+        link = " Try" if text.endswith((".", "?", "!")) else "; try"
+        print(f"conav: {text}{link} conav --help", file=sys.stderr)
         return BAD_INPUT
     except InputError as error:
         print(f"conav: {error}", file=sys.stderr)
@@ -42,6 +48,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("conav: not enough memory; use a larger --cell or a smaller map", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Interrupted):
         print("conav: interrupted", file=sys.stderr)
         return INTERRUPTED

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from conav.cli.numbers import Whole
 from conav.errors import InputError
 
 
@@ -14,7 +15,7 @@ def explore(
     map: str,
     /,
     *,
-    robots: int = 3,
+    robots: Whole = 3,
     strategy: str = "nearest",
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     range: float = 7.0,
@@ -25,10 +26,10 @@ def explore(
     motion: str = "8-connected",
     sensor: str = "range",
     radio: str = "perfect",
-    starts: str | None = None,
+    starts: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     outside: Annotated[bool, Parameter(negative="")] = False,
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
-    seed: int = 0,
+    seed: Whole = 0,
     max_time: float = 36_000.0,
     out: Path | None = None,
     png: Path | None = None,
@@ -98,6 +99,7 @@ def explore(
 
     import tempfile
 
+    from conav.cli.interrupts import EndAfterStep
     from conav.cli.progress import ExplorationProgress
     from conav.compiled import compiled_before
     from conav.simulation.explore import explore as run
@@ -111,13 +113,18 @@ def explore(
         target = out
         if target is None and (png is not None or gif is not None):
             target = Path(folder) / "run.mcap"
-        with ExplorationProgress(shown=not quiet) as progress:
+        with ExplorationProgress(shown=not quiet) as progress, EndAfterStep() as interrupts:
+
+            def after_step(state: Any) -> None:
+                progress.step(state)
+                interrupts.step()
+
             done = run(
                 map,
                 strategy=strategy,
                 settings=settings,
                 out=target,
-                progress=progress.step,
+                progress=after_step,
                 robots=robots,
                 range_m=range,
                 cell_m=cell,

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from conav.cli.numbers import Whole
 from conav.errors import InputError
 
 
@@ -15,7 +16,7 @@ def maps(
     *,
     resolution: float | None = None,
     size: str | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     cell: float | None = None,
     radius: float = 0.1,
     outside: Annotated[bool, Parameter(negative="")] = False,

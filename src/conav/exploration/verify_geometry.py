@@ -157,47 +157,41 @@ def free_cell_seen(walls: NDArray[np.uint8], r1: int, c1: int, r2: int, c2: int)
     dr = r2 - r1
     dc = c2 - c1
     flip = abs(dc) > abs(dr)
-    # Let "up" be the longer direction; the segment goes from (0, 0) to (x, y) with y >= |x|.
+    # Let "up" be the longer direction; the segment goes from (0, 0) to (x, y) with 0 <= x <= y.
     y = abs(dc) if flip else abs(dr)
-    x = (dr if flip else dc) * 1
-    sign = (1 if dc > 0 else -1) if flip else (1 if dr > 0 else -1)
+    x = abs(dr) if flip else abs(dc)
+    if y == 0:
+        return True
+    up = (1 if dc > 0 else -1) if flip else (1 if dr > 0 else -1)
+    side = (1 if dr > 0 else -1) if flip else (1 if dc > 0 else -1)
     wall_left = False
     wall_right = False
+    j = 0  # leftmost cell of the row that the segment may touch
     for k in range(y + 1):
-        low = max(2 * k - 1, 0)  # doubled heights between which this row lies
-        high = min(2 * k + 1, 2 * y)
-        # Doubled positions x * low / y and x * high / y, kept over the common denominator y.
-        first = x * low
-        last = x * high
-        if first > last:
-            first, last = last, first
-        # Cells j of this row whose inside (2 j - 1, 2 j + 1) meets the open stretch.
-        j0 = (first + y) // (2 * y) - 1
-        j1 = (last + y) // (2 * y) + 1
-        for j in range(j0, j1 + 1):
-            inside = first < (2 * j + 1) * y and last > (2 * j - 1) * y
-            if x == 0:
-                inside = j == 0
-            touches_right = last == (2 * j - 1) * y and x != 0
-            touches_left = first == (2 * j + 1) * y and x != 0
-            if not (inside or touches_left or touches_right):
-                continue
-            r = r1 + (j if flip else sign * k)
-            c = c1 + (sign * k if flip else j)
-            if (r == r1 and c == c1) or (r == r2 and c == c2):
-                continue
-            if r < 0 or c < 0 or r >= walls.shape[0] or c >= walls.shape[1]:
-                continue
-            if walls[r, c] != WALL:
-                continue
-            if inside:
-                return False
-            if touches_right:
-                wall_right = True
-            else:
-                wall_left = True
-            if wall_left and wall_right:
-                return False
+        # Positions at the row's lower and upper border, times y: x times the doubled heights.
+        first = x * max(2 * k - 1, 0)
+        last = x * min(2 * k + 1, 2 * y)
+        while (2 * j + 1) * y < first:
+            j += 1
+        i = j
+        while (2 * i - 1) * y <= last:
+            inside = x == 0 or (first < (2 * i + 1) * y and last > (2 * i - 1) * y)
+            r = r1 + (side * i if flip else up * k)
+            c = c1 + (up * k if flip else side * i)
+            if 0 <= r < walls.shape[0] and 0 <= c < walls.shape[1] and walls[r, c] == WALL:
+                end = (k == 0 and i == 0) or (k == y and i == x)
+                if inside and not end:
+                    return False
+                if not inside:
+                    # The segment leaves the row at this cell's left corner, or came in at its
+                    # right one.
+                    if last == (2 * i - 1) * y:
+                        wall_right = True
+                    else:
+                        wall_left = True
+                    if wall_left and wall_right:
+                        return False
+            i += 1
     return True
 
 
@@ -205,129 +199,139 @@ def free_cell_seen(walls: NDArray[np.uint8], r1: int, c1: int, r2: int, c2: int)
 def wall_seen(walls: NDArray[np.uint8], r1: int, c1: int, r2: int, c2: int) -> bool:
     """Whether some ray from the centre of (r1, c1) meets wall cell (r2, c2) before any other wall.
 
-    Which wall a ray meets first changes only at directions through corners of walls, so one ray
-    between each two such directions decides.
+    In coordinates where the wall lies u columns on and v <= u rows up, each wall on the way shades
+    the slopes between two of its corners. The wall is seen when the shades leave a gap in the
+    slopes between its own corners.
     """
     dr = r2 - r1
     dc = c2 - c1
+    if dr == 0 and dc == 0:
+        return True
+    sr = 1 if dr > 0 else -1
+    sc = 1 if dc > 0 else -1
+    # Rays come in through a side that faces the viewer, so one of those must be open.
+    if (dr == 0 or (walls[r2 - sr, c2] == WALL and not (abs(dr) == 1 and dc == 0))) and (
+        dc == 0 or (walls[r2, c2 - sc] == WALL and not (abs(dc) == 1 and dr == 0))
+    ):
+        return False
     flip = abs(dr) > abs(dc)
     u = abs(dr) if flip else abs(dc)
     v = abs(dc) if flip else abs(dr)
-    if u == 0:
-        return True
-    su = (1 if dr > 0 else -1) if flip else (1 if dc > 0 else -1)
-    sv = (1 if dc >= 0 else -1) if flip else (1 if dr >= 0 else -1)
-    if v == 0:
-        lo = -0.5 / (u - 0.5)
-        hi = 0.5 / (u - 0.5)
-    else:
-        lo = (v - 0.5) / (u + 0.5)
-        hi = (v + 0.5) / (u - 0.5)
-    slopes = np.empty(4 * (u + 1) * (v + 4) + 2, dtype=np.float64)
-    count = 2
-    slopes[0] = lo
-    slopes[1] = hi
+    lo = (v - 0.5) / (u + 0.5) if v > 0 else -0.5 / (u - 0.5)
+    hi = (v + 0.5) / (u - 0.5)
+    starts = np.empty(8 * (u + 1), dtype=np.float64)
+    ends = np.empty(8 * (u + 1), dtype=np.float64)
+    count = 0
     for i in range(u + 1):
-        for j in range(-1, v + 2):
-            r = r1 + (su * i if flip else sv * j)
-            c = c1 + (sv * j if flip else su * i)
-            if r < 0 or c < 0 or r >= walls.shape[0] or c >= walls.shape[1]:
+        # Between these rows the slopes cross column i; one more on each side against rounding.
+        bottom = lo * (i - 0.5) if i > 0 else 0.0
+        first = max(int(np.floor(bottom + 0.5)) - 1, 0)
+        last = min(int(np.floor(hi * (i + 0.5) + 0.5)) + 1, v)
+        for j in range(first, last + 1):
+            if (i == 0 and j == 0) or (i == u and j == v):
                 continue
+            r = r1 + (sr * i if flip else sr * j)
+            c = c1 + (sc * j if flip else sc * i)
             if walls[r, c] != WALL:
                 continue
-            for corner in range(4):
-                x = i + (corner & 1) - 0.5
-                y = j + (corner >> 1) - 0.5
-                if x > 0.0 and lo < y / x < hi:
-                    slopes[count] = y / x
-                    count += 1
-    used = np.sort(slopes[:count])
-    for k in range(count - 1):
-        if used[k + 1] - used[k] < 1e-12:
-            continue
-        slope = 0.5 * (used[k] + used[k + 1])
-        met = False
-        for i in range(u + 1):
-            y0 = slope * max(i - 0.5, 0.0)
-            y1 = slope * (i + 0.5)
-            step = 1 if y1 >= y0 else -1
-            j = int(np.floor(y0 + 0.5))
-            end = int(np.floor(y1 + 0.5))
-            while not met:
-                r = r1 + (su * i if flip else sv * j)
-                c = c1 + (sv * j if flip else su * i)
-                if r < 0 or c < 0 or r >= walls.shape[0] or c >= walls.shape[1]:
-                    met = True
-                elif walls[r, c] == WALL and not (i == 0 and j == 0):
-                    if r == r2 and c == c2:
-                        return True
-                    met = True
-                if j == end:
-                    break
-                j += step
-            if met:
-                break
-    return False
+            start = (j - 0.5) / (i + 0.5) if j > 0 else -0.5 / (i - 0.5)
+            end = (j + 0.5) / (i - 0.5) if i > 0 else np.inf
+            if end <= lo or start >= hi:
+                continue
+            if start <= lo and end >= hi:
+                return False
+            at = count
+            while at > 0 and starts[at - 1] > start:
+                starts[at] = starts[at - 1]
+                ends[at] = ends[at - 1]
+                at -= 1
+            starts[at] = start
+            ends[at] = end
+            count += 1
+    shaded = lo
+    for k in range(count):
+        if starts[k] > shaded:
+            return True
+        shaded = max(shaded, ends[k])
+    return shaded < hi
 
 
 @kernel
-def false_claims(
-    walls: NDArray[np.uint8],
-    cells: NDArray[np.int64],
-    row: int,
-    col: int,
-    square: float,
-    occlusion: bool,
-) -> int:
-    """How many of these fine cells cannot be seen from (row, col)."""
-    cols = walls.shape[1]
-    wrong = 0
-    for i in range(cells.shape[0]):
-        r = cells[i] // cols
-        c = cells[i] % cols
-        if (r - row) * (r - row) + (c - col) * (c - col) > square:
-            wrong += 1
-        elif occlusion:
-            seen = (
-                wall_seen(walls, row, col, r, c)
-                if walls[r, c] == WALL
-                else free_cell_seen(walls, row, col, r, c)
-            )
-            if not seen:
-                wrong += 1
-    return wrong
-
-
-@kernel
-def missed_cells(
+def look_around(
     walls: NDArray[np.uint8],
     known: NDArray[np.uint8],
+    known_mark: int,
+    claimed: NDArray[np.uint8],
+    seen: NDArray[np.uint8],
+    mark: int,
+    wanted: NDArray[np.uint8],
     row: int,
     col: int,
     square: float,
     occlusion: bool,
-) -> int:
-    """How many free fine cells seen from (row, col) are not known."""
+) -> tuple[int, int]:
+    """How many cells seen from (row, col) are neither known nor claimed, and how many wanted ones
+    are seen for the first time.
+
+    All arrays have the shape of the map; `known` has the bit `known_mark` where something is known,
+    `claimed` is 1 where the robot says it sees something new. Cells seen get the bit `mark` in
+    `seen`; cells that have it already were looked at before and are passed over.
+    """
     rows, cols = walls.shape
     reach = int(np.sqrt(square)) + 1
     missed = 0
-    for r in range(max(0, row - reach), min(rows, row + reach + 1)):
-        for c in range(max(0, col - reach), min(cols, col + reach + 1)):
-            if (
-                known[r, c] == 0
-                and walls[r, c] != WALL
-                and (r - row) * (r - row) + (c - col) * (c - col) <= square
-                and (not occlusion or free_cell_seen(walls, row, col, r, c))
-            ):
-                missed += 1
-    return missed
+    fresh = 0
+    # Sight only ever goes away from the viewer, so a cell that no way of such steps through free
+    # cells leads to is not seen and need not be asked about.
+    led = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    for quarter in range(4):
+        up = 1 if quarter < 2 else -1
+        side = 1 if quarter % 2 == 0 else -1
+        # Each line that parts two quarters belongs to the first of them.
+        for i in range(0 if up == 1 else 1, reach + 1):
+            r = row + up * i
+            if r < 0 or r >= rows:
+                break
+            for j in range(0 if side == 1 else 1, reach + 1):
+                c = col + side * j
+                if c < 0 or c >= cols or i * i + j * j > square:
+                    break
+                y = reach + up * i
+                x = reach + side * j
+                straight = (i > 0 and led[y - up, x] == 1) or (j > 0 and led[y, x - side] == 1)
+                corner = i > 0 and j > 0 and led[y - up, x - side] == 1
+                if occlusion and not (straight or corner or (i == 0 and j == 0)):
+                    continue
+                opaque = occlusion and walls[r, c] == WALL
+                if not opaque:
+                    led[y, x] = 1
+                if seen[r, c] & mark:
+                    continue
+                if opaque:
+                    if not straight or not wall_seen(walls, row, col, r, c):
+                        continue
+                elif occlusion and not free_cell_seen(walls, row, col, r, c):
+                    continue
+                seen[r, c] |= mark
+                if known[r, c] & known_mark == 0 and claimed[r, c] == 0:
+                    missed += 1
+                if wanted[r, c] == 1:
+                    fresh += 1
+    return missed, fresh
 
 
 @kernel
 def unknown_in_sweep(
-    known: NDArray[np.uint8], ratio: float, radius: float, r1: int, c1: int, r2: int, c2: int
+    known: NDArray[np.uint8],
+    mark: int,
+    ratio: float,
+    radius: float,
+    r1: int,
+    c1: int,
+    r2: int,
+    c2: int,
 ) -> int:
-    """How many fine cells with their centre under the swept disc are not known."""
+    """How many fine cells with their centre under the swept disc lack the bit `mark` in `known`."""
     rows, cols = known.shape
     ax = (c1 + 0.5) * ratio
     ay = (r1 + 0.5) * ratio
@@ -341,7 +345,7 @@ def unknown_in_sweep(
         for c in range(max(0, int(ax + min(dx, 0.0) - radius) - 1), cols):
             if c > ax + max(dx, 0.0) + radius:
                 break
-            if known[r, c] == 1:
+            if known[r, c] & mark:
                 continue
             px = c + 0.5 - ax
             py = r + 0.5 - ay
@@ -414,32 +418,6 @@ def observable_from_nearest(
                 ):
                     result[r, c] = 1
     return result
-
-
-@kernel
-def add_free_view(
-    walls: NDArray[np.uint8],
-    seen: NDArray[np.uint8],
-    row: int,
-    col: int,
-    square: float,
-    occlusion: bool,
-) -> int:
-    """The number of free cells in view of (row, col) that were not in `seen`; adds them."""
-    rows, cols = walls.shape
-    reach = int(np.sqrt(square)) + 1
-    added = 0
-    for r in range(max(0, row - reach), min(rows, row + reach + 1)):
-        for c in range(max(0, col - reach), min(cols, col + reach + 1)):
-            if (
-                seen[r, c] == 0
-                and walls[r, c] != WALL
-                and (r - row) * (r - row) + (c - col) * (c - col) <= square
-                and (not occlusion or free_cell_seen(walls, row, col, r, c))
-            ):
-                seen[r, c] = 1
-                added += 1
-    return added
 
 
 @kernel

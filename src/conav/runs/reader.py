@@ -2,46 +2,33 @@
 
 import json
 import os
-import struct
-import zlib
 from collections.abc import Iterator
+from math import isfinite
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
 from conav.errors import InputError
 from conav.runs.digest import Digest
+from conav.runs.mcap_records import MAGIC, Damage, Metadata, RawMessage, records
+from conav.runs.mcap_sink import McapSink, open_for_writing
 from conav.runs.schemas import (
     EVENT_TOPICS,
+    FORMAT,
     HEADER_TOPIC,
     RESULT_TOPIC,
     STEP,
     STEP_TOPIC,
     STRING,
+    TIMING,
     WORLD,
     WORLD_TOPIC,
     typestore,
 )
 from conav.runs.types import Run, StepRecord
 
-MAGIC = b"\x89MCAP0\r\n"
-
-
-class RawMessage(NamedTuple):
-    """One message as it lies in the file."""
-
-    topic: str
-    schema: str
-    schema_text: bytes
-    metadata: dict[str, str]
-    time_ns: int
-    sequence: int
-    data: bytes
-
-
-class _Damage(Exception):
-    """The rest of the file cannot be read."""
+_REMEDY = "give a file written by conav explore --out"
 
 
 def read_run(path: str | os.PathLike[str]) -> Run:
@@ -50,57 +37,47 @@ def read_run(path: str | os.PathLike[str]) -> Run:
     Raises `InputError` when the file does not exist, is no run file, or ends before its header.
     """
     path = Path(path)
-    store = typestore()
-    digest = Digest()
-    header: dict[str, Any] | None = None
-    result: dict[str, Any] | None = None
-    world: Any = None
-    steps: list[StepRecord] = []
-    timing: dict[str, str] = {}
+    parts = _Parts()
     intact = True
     try:
-        for item in _messages(path):
-            if isinstance(item, dict):
-                timing = item
-                continue
-            if item.topic not in EVENT_TOPICS:
-                continue
-            digest.add(item.topic, item.time_ns, item.data)
-            if item.topic == STEP_TOPIC:
-                message = store.deserialize_cdr(item.data, STEP)
-                steps.append(StepRecord(*(getattr(message, name) for name in StepRecord._fields)))
-            elif item.topic == WORLD_TOPIC:
-                world = store.deserialize_cdr(item.data, WORLD)
-            else:
-                text = store.deserialize_cdr(item.data, STRING).data
-                content = cast("dict[str, Any]", json.loads(text))
-                if item.topic == HEADER_TOPIC:
-                    header = content
-                elif item.topic == RESULT_TOPIC:
-                    result = content
-    except _Damage:
+        for item in _items(path):
+            if isinstance(item, Metadata):
+                if item.name == TIMING:
+                    parts.timing = item.content
+            elif item.topic in EVENT_TOPICS:
+                parts.take(item)
+    except Damage:
         intact = False
-    except (AssertionError, ValueError, IndexError, struct.error, UnicodeDecodeError, KeyError):
-        # A chunk that unpacked but whose messages do not decode.
-        intact = False
-    if header is None or world is None:
+    world = parts.world
+    if parts.header is None or world is None:
+        problem = "holds no conav run" if intact else "was cut short before the run began"
+        raise InputError(path, problem, _REMEDY)
+    if parts.header.get("format") != FORMAT:
         raise InputError(
             path,
-            "holds no conav run" if intact else "was cut short before the run began",
-            "give a file written by conav explore --out",
+            f"is of format {parts.header.get('format')!r}; this conav reads {FORMAT}",
+            "use the conav that wrote it",
         )
-    if world.rows * world.cols != len(world.cells):
-        raise InputError(path, "holds a map of the wrong size", "the file is damaged")
+    numbers = (world.resolution, *world.origin)
+    cells = np.asarray(world.cells, dtype=np.uint8)
+    if (
+        world.rows * world.cols != len(cells)
+        or len(cells) == 0
+        or int(cells.max()) > 2
+        or not all(isfinite(number) for number in numbers)
+        or world.resolution <= 0
+    ):
+        raise InputError(path, "holds a map that is none", "the file is damaged")
     return Run(
         path=path,
-        header=header,
-        cells=np.asarray(world.cells, dtype=np.uint8).reshape(world.rows, world.cols),
+        header=parts.header,
+        cells=cells.reshape(world.rows, world.cols),
         resolution=float(world.resolution),
         origin=(float(world.origin[0]), float(world.origin[1]), float(world.origin[2])),
-        steps=steps,
-        result=result,
-        timing=timing,
-        digest=digest.hex(),
+        steps=parts.steps,
+        result=parts.result,
+        timing=parts.timing,
+        digest=parts.digest.hex(),
         intact=intact,
     )
 
@@ -108,113 +85,86 @@ def read_run(path: str | os.PathLike[str]) -> Run:
 def repair_run(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> int:
     """The number of messages copied from a damaged run file into a whole one with a new index.
 
-    Raises `InputError` as `read_run` does, and when `out` is the file itself.
+    Raises `InputError` as `read_run` does, when `out` cannot be written and when it is the damaged
+    file itself.
     """
-    from mcap.writer import CompressionType, Writer
-
     source, target = Path(path), Path(out)
     read_run(source)  # says what is wrong when there is nothing to repair
     if target.exists() and target.samefile(source):
         raise InputError(target, "is the damaged file itself", "name another --out")
     count = 0
+    channels: dict[str, int] = {}
+    sink = McapSink(open_for_writing(target))
     try:
-        with target.open("wb") as stream:
-            writer = Writer(stream, compression=CompressionType.ZSTD)
-            writer.start(profile="ros2", library="conav")
-            schemas: dict[str, int] = {}
-            channels: dict[str, int] = {}
-            try:
-                for item in _messages(source):
-                    if isinstance(item, dict):
-                        writer.add_metadata("conav_timing", item)
-                        continue
-                    if item.schema not in schemas:
-                        schemas[item.schema] = writer.register_schema(
-                            name=item.schema, encoding="ros2msg", data=item.schema_text
-                        )
-                    if item.topic not in channels:
-                        channels[item.topic] = writer.register_channel(
-                            topic=item.topic,
-                            message_encoding="cdr",
-                            schema_id=schemas[item.schema],
-                            metadata=item.metadata,
-                        )
-                    writer.add_message(
-                        channel_id=channels[item.topic],
-                        log_time=item.time_ns,
-                        publish_time=item.time_ns,
-                        data=item.data,
-                        sequence=item.sequence,
-                    )
-                    count += 1
-            except _Damage:
-                pass
-            writer.finish()
-    except OSError as error:
-        raise InputError(
-            target, f"cannot be written ({error.strerror})", "choose another --out"
-        ) from None
+        for item in _items(source):
+            if isinstance(item, Metadata):
+                sink.metadata(item.name, item.content)
+                continue
+            if item.topic not in channels:
+                channels[item.topic] = sink.channel(
+                    item.topic, item.schema, item.schema_text, item.metadata
+                )
+            sink.message(channels[item.topic], item.time_ns, item.sequence, item.data)
+            count += 1
+    except Damage:
+        pass
+    finally:
+        sink.close()
     return count
 
 
-def _messages(path: Path) -> Iterator[RawMessage | dict[str, str]]:
-    """All messages in the order of the file, and the timing record; `_Damage` where it breaks."""
+class _Parts:
+    """What was read so far of a run: its header, then its map, its steps and its result."""
+
+    def __init__(self) -> None:
+        self.header: dict[str, Any] | None = None
+        self.world: Any = None
+        self.steps: list[StepRecord] = []
+        self.result: dict[str, Any] | None = None
+        self.timing: dict[str, str] = {}
+        self.digest = Digest()
+        self._store = typestore()
+
+    def take(self, item: RawMessage) -> None:
+        """Take in the next event. Raises `Damage` when it cannot be read or comes out of turn."""
+        turn = {
+            HEADER_TOPIC: self.header is None,
+            WORLD_TOPIC: self.header is not None and self.world is None,
+            STEP_TOPIC: self.world is not None and self.result is None,
+            RESULT_TOPIC: self.world is not None and self.result is None,
+        }
+        if not turn[item.topic]:
+            raise Damage
+        try:
+            self._decode(item)
+        except Exception as error:
+            # The decoder checks what it is given with assertions and errors of several packages.
+            raise Damage from error
+        self.digest.add(item.topic, item.time_ns, item.data)
+
+    def _decode(self, item: RawMessage) -> None:
+        decode = self._store.deserialize_cdr
+        if item.topic == STEP_TOPIC:
+            message = decode(item.data, STEP)
+            self.steps.append(StepRecord(*(getattr(message, name) for name in StepRecord._fields)))
+        elif item.topic == WORLD_TOPIC:
+            self.world = decode(item.data, WORLD)
+        else:
+            content = json.loads(decode(item.data, STRING).data)
+            if not isinstance(content, dict):
+                raise ValueError("not an object")
+            if item.topic == HEADER_TOPIC:
+                self.header = cast("dict[str, Any]", content)
+            else:
+                self.result = cast("dict[str, Any]", content)
+
+
+def _items(path: Path) -> Iterator[RawMessage | Metadata]:
+    """All messages and metadata of a file; `Damage` where it breaks off."""
     try:
-        stream = path.open("rb")
+        with path.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise InputError(path, "is no run file", _REMEDY)
+            yield from records(stream)
     except OSError as error:
-        raise InputError(
-            path, f"cannot be read ({error.strerror})", "give a file written by conav"
-        ) from None
-    with stream:
-        if stream.read(len(MAGIC)) != MAGIC:
-            raise InputError(
-                path, "is no run file", "give an .mcap file written by conav explore --out"
-            )
-        stream.seek(0)
-        yield from _records(stream)
-
-
-def _records(stream: BinaryIO) -> Iterator[RawMessage | dict[str, str]]:
-    from mcap.exceptions import McapError
-    from mcap.records import Channel, Message, Metadata, Schema
-    from mcap.stream_reader import StreamReader
-
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    try:
-        for record in StreamReader(stream, validate_crcs=True).records:
-            if isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, Channel):
-                channels[record.id] = record
-            elif isinstance(record, Metadata) and record.name == "conav_timing":
-                yield dict(record.metadata)
-            elif isinstance(record, Message):
-                channel = channels[record.channel_id]
-                schema = schemas[channel.schema_id]
-                yield RawMessage(
-                    channel.topic,
-                    schema.name,
-                    schema.data,
-                    dict(channel.metadata),
-                    record.log_time,
-                    record.sequence,
-                    record.data,
-                )
-    except (
-        McapError,
-        ValueError,
-        KeyError,
-        IndexError,
-        EOFError,
-        struct.error,
-        zlib.error,
-    ) as error:
-        raise _Damage from error
-    except Exception as error:
-        # The decompressors raise errors of their own, which cannot be named without importing them.
-        if type(error).__module__.split(".")[0] in ("zstandard", "lz4", "_frame", "backports"):
-            raise _Damage from error
-        if isinstance(error, RuntimeError):
-            raise _Damage from error
-        raise
+        raise InputError(path, f"cannot be read ({error.strerror})", _REMEDY) from None

@@ -39,6 +39,11 @@ RESULT_TOPIC = "/conav/result"
 EVENT_TOPICS = (HEADER_TOPIC, WORLD_TOPIC, STEP_TOPIC, RESULT_TOPIC)
 """The topics the digest covers and the verifier reads; the others are for ROS 2 tools."""
 
+TIMING = "conav_timing"
+"""The metadata record with wall times and versions, which are no part of a run's digest."""
+FORMAT = 1
+"""The number of this format in a run's header."""
+
 
 @cache
 def typestore() -> Any:

@@ -7,19 +7,18 @@ second, so a killed process loses the last second and nothing else.
 import json
 import os
 from collections.abc import Sequence
-from io import RawIOBase
 from math import cos, sin
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
-from typing import Any, BinaryIO, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conav.errors import InputError
 from conav.runs.digest import Digest
 from conav.runs.encode import encode_pose, encode_step, encode_transforms
+from conav.runs.mcap_sink import McapSink, open_for_writing
 from conav.runs.schemas import (
     EVENT_TOPICS,
     GRID,
@@ -30,16 +29,19 @@ from conav.runs.schemas import (
     STEP_TOPIC,
     STRING,
     TF,
+    TIMING,
     WORLD,
     WORLD_TOPIC,
     typestore,
 )
 from conav.runs.types import StepRecord
 
-CHUNK_BYTES = 128 * 1024
 FLUSH_S = 1.0  # [s] wall time a chunk may stay open
-MAGIC = b"\x89MCAP0\r\n"
 
+# ROS 2 players older than Jazzy read quality-of-service settings as numbers and newer ones as
+# words, but these too read numbers in files with a metadata record of this name that does not give
+# the version of its settings.
+_BAG = ("rosbag2", {"ROS_DISTRO": "jazzy"})
 _LATCHED = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
     "  deadline:\n    sec: 0\n    nsec: 0\n"
@@ -57,23 +59,14 @@ class RunWriter:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        from mcap.writer import CompressionType, Writer
-
         self.path = Path(path)
-        self._stream = _open_for_writing(self.path)
-        self._writer = Writer(
-            cast("BinaryIO", self._stream),
-            chunk_size=CHUNK_BYTES,
-            compression=CompressionType.ZSTD,
-        )
-        self._writer.start(profile="ros2", library="conav")
+        self._sink = McapSink(open_for_writing(self.path))
+        self._sink.metadata(*_BAG)
         self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         self._store = typestore()
         self._digest = Digest()
         self._flushed = monotonic()
-        self._closed = False
         self._serialize = self._store.serialize_cdr
 
     def __enter__(self) -> "RunWriter":
@@ -123,7 +116,7 @@ class RunWriter:
 
     def timing(self, timing: dict[str, str]) -> None:
         """Write wall times and versions, which are no part of the run's digest."""
-        self._writer.add_metadata("conav_timing", timing)
+        self._sink.metadata(TIMING, timing)
 
     def map(
         self,
@@ -165,15 +158,11 @@ class RunWriter:
 
     def flush(self) -> None:
         """Finish the open chunk, so that everything so far survives the end of the process."""
-        # The package finishes a chunk only when it is full; this is its own routine for that.
-        cast("Any", self._writer)._Writer__finalize_chunk()
+        self._sink.flush()
 
     def close(self) -> None:
         """Finish the file; calling it again does nothing."""
-        if not self._closed:
-            self._closed = True
-            self._writer.finish()
-            self._stream.close()
+        self._sink.close()
 
     def _string(self, topic: str, time_ns: int, content: dict[str, Any]) -> None:
         text = json.dumps(content, sort_keys=True, allow_nan=False)
@@ -190,29 +179,14 @@ class RunWriter:
             self._digest.add(topic, time_ns, payload)
         sequence = self._sequence[topic]
         self._sequence[topic] = sequence + 1
-        self._writer.add_message(
-            channel_id=channel,
-            log_time=time_ns,
-            publish_time=time_ns,
-            data=payload,
-            sequence=sequence,
-        )
+        self._sink.message(channel, time_ns, sequence, payload)
 
     def _channel(self, topic: str, kind: str) -> int:
-        if kind not in self._schemas:
-            text, _ = self._store.generate_msgdef(kind, ros_version=2)
-            self._schemas[kind] = self._writer.register_schema(
-                name=kind, encoding="ros2msg", data=text.encode()
-            )
+        text, _ = self._store.generate_msgdef(kind, ros_version=2)
         metadata = {"topic_type_hash": self._store.hash_rihs01(kind)}
         if kind == GRID:
             metadata["offered_qos_profiles"] = _LATCHED
-        self._channels[topic] = self._writer.register_channel(
-            topic=topic,
-            message_encoding="cdr",
-            schema_id=self._schemas[kind],
-            metadata=metadata,
-        )
+        self._channels[topic] = self._sink.channel(topic, kind, text.encode(), metadata)
         self._sequence[topic] = 0
         return self._channels[topic]
 
@@ -225,51 +199,3 @@ class RunWriter:
         return self._store.types["geometry_msgs/msg/Quaternion"](
             x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2)
         )
-
-
-class _Unbuffered:
-    """A stream whose every write is handed to the operating system at once.
-
-    The mcap package puts a buffer of its own before a raw file, which a killed process loses.
-    """
-
-    def __init__(self, file: RawIOBase) -> None:
-        self._file = file
-        self._at = 0
-
-    def write(self, data: bytes | bytearray | memoryview) -> int:
-        view = memoryview(data).cast("B")
-        done = 0
-        while done < len(view):
-            done += self._file.write(view[done:]) or 0
-        self._at += done
-        return done
-
-    def tell(self) -> int:
-        return self._at
-
-    def flush(self) -> None:
-        pass
-
-    def close(self) -> None:
-        self._file.close()
-
-
-def _open_for_writing(path: Path) -> _Unbuffered:
-    """The file as a stream that keeps nothing back."""
-    try:
-        if path.exists() and path.stat().st_size > 0:
-            if path.is_dir():
-                raise InputError(path, "is a folder", "name a file, for example run.mcap")
-            with path.open("rb") as present:
-                if present.read(len(MAGIC)) != MAGIC:
-                    raise InputError(
-                        path,
-                        "exists and is no run file; it is left alone",
-                        "choose another --out or remove it",
-                    )
-        return _Unbuffered(path.open("wb", buffering=0))
-    except OSError as error:
-        raise InputError(
-            path, f"cannot be written ({error.strerror})", "choose another --out"
-        ) from None
