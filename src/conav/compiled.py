@@ -34,7 +34,10 @@ class Kernel(Generic[P, R]):
         self.python = function
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
+        self.__module__ = function.__module__
+        self.__qualname__ = function.__qualname__
         self._compiled: Callable[P, R] | None = None
+        self._building = False
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         compiled = self._compiled
@@ -46,7 +49,13 @@ class Kernel(Generic[P, R]):
         """The numba dispatcher behind this kernel; calling it directly saves the wrapper's cost."""
         with _lock:
             if self._compiled is None:
-                self._compiled = cast("Callable[P, R]", _build(self))
+                if self._building:
+                    raise TypeError(f"the kernel {self.__qualname__} calls itself through another")
+                self._building = True
+                try:
+                    self._compiled = cast("Callable[P, R]", _build(self))
+                finally:
+                    self._building = False
             return self._compiled
 
     def __reduce__(self) -> str:
@@ -58,14 +67,34 @@ def kernel(function: Callable[P, R]) -> Kernel[P, R]:
     return Kernel(function)
 
 
+def _names(code: types.CodeType) -> set[str]:
+    """Names the code reads, functions and comprehensions inside it included."""
+    names = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            names |= _names(constant)
+    return names
+
+
 def _referenced(function: Any) -> dict[str, Any]:
     """Globals the function's code reads, by name."""
-    names = set(function.__code__.co_names)
-    return {
-        name: value
-        for name, value in function.__globals__.items()
-        if name in names and not isinstance(value, types.ModuleType)
-    }
+    names = _names(function.__code__)
+    return {name: value for name, value in function.__globals__.items() if name in names}
+
+
+def _content(value: object) -> bytes:
+    """What a global adds to the hash: for an array all of it, for a module of ours its source."""
+    import numpy as np
+
+    if isinstance(value, np.ndarray):
+        array = cast("np.ndarray[Any, Any]", value)
+        return f"{array.dtype}{array.shape}".encode() + array.tobytes()
+    if isinstance(value, types.ModuleType):
+        file = getattr(value, "__file__", None)
+        if value.__name__.partition(".")[0] in ("numpy", "math") or file is None:
+            return value.__name__.encode()
+        return Path(file).read_bytes()
+    return repr(value).encode()
 
 
 def source_hash(target: Kernel[..., Any]) -> str:
@@ -84,7 +113,7 @@ def source_hash(target: Kernel[..., Any]) -> str:
             if isinstance(value, Kernel):
                 visit(cast("Kernel[..., Any]", value).python)
             else:
-                digest.update(f"{name}={value!r}".encode())
+                digest.update(name.encode() + b"=" + _content(value))
 
     visit(target.python)
     return digest.hexdigest()[:20]
@@ -102,7 +131,9 @@ def _build(target: Kernel[..., Any]) -> Any:
             raise TypeError(f"the kernel {function.__qualname__} calls itself")
         if isinstance(value, Kernel):
             namespace[name] = cast("Kernel[..., Any]", value).compile()
-    plain = types.FunctionType(function.__code__, namespace, function.__name__)
+    plain = types.FunctionType(
+        function.__code__, namespace, function.__name__, function.__defaults__
+    )
     plain.__qualname__ = function.__qualname__
     plain.__module__ = function.__module__
     folder = cache_folder()
@@ -152,13 +183,18 @@ def _candidates() -> list[Path]:
     with contextlib.suppress(RuntimeError):  # raised where no home folder is known
         folders.append(Path.home() / ".cache" / "conav")
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    folders.append(Path(tempfile.gettempdir()) / f"conav-cache-{user}")
+    with contextlib.suppress(FileNotFoundError):  # raised where no temporary folder is usable
+        folders.append(Path(tempfile.gettempdir()) / f"conav-cache-{user}")
     return [folder / "kernels" for folder in folders]
 
 
 def _writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        # Code is loaded from here: a folder that somebody else made, as anyone can in the
+        # temporary folder, is not used.
+        if hasattr(os, "getuid") and folder.stat().st_uid != os.getuid():
+            return False
         with tempfile.TemporaryFile(dir=folder):
             return True
     except OSError:

@@ -15,7 +15,7 @@ from conav.maps.ascii_art import ascii_starts, parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.planning_grid import planning_grid
 from conav.robots.motion import MOTIONS
-from conav.simulation.traffic import MIN_GAP, MOVED, TURNED, YIELD, moves_conflict, resolve
+from conav.simulation.traffic import MIN_GAP, MOVED, TURNED, moves_conflict, resolve
 
 Place = tuple[int, int]
 
@@ -71,9 +71,6 @@ class Road:
         self.headings = np.array(headings or [0] * n, np.int8)
         self.turning = np.full(n, model.turn_costs_step, np.uint8)
         self.credit = np.zeros(n)
-        self.waited = np.zeros(n, np.int32)
-        self.yields_until = np.zeros(n, np.int32)
-        self.yield_length = np.full(n, YIELD, np.int32)
         self.travelled = np.zeros(n)
         self.outcome = np.zeros(n, np.uint8)
         self.paths: list[list[float]] = [[] for _ in range(n)]  # length of each step
@@ -97,9 +94,6 @@ class Road:
             self.radius,
             self.rate,
             self.credit,
-            self.waited,
-            self.yields_until,
-            self.yield_length,
             self.travelled,
             self.outcome,
         )
@@ -146,7 +140,7 @@ class Road:
         assert not (crosses and a[1] + to_a[1] == b[1] + to_b[1])  # nor through the same middle
 
     def snapshot(self) -> bytes:
-        arrays = (self.cells, self.headings, self.credit, self.waited, self.travelled)
+        arrays = (self.cells, self.headings, self.credit, self.travelled)
         return b"".join(array.tobytes() for array in arrays)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
 from conav.exploration.verify_world import Check, World
-from conav.messages.message import report_bytes, scan_bytes
+from conav.messages.message import HEADER_BYTES, report_bytes, scan_bytes
 from conav.runs.types import Run, StepRecord
 
 MAX_ROUNDS = 32  # of transfers within one step
@@ -75,11 +75,16 @@ def check_knowledge(
             expected = air.exchange(_links(step, world), known)
         _compare_told(step, expected, radio)
         messages.looked += 1
-        if (step.messages, step.bytes) != (expected.messages, expected.bytes):
+        said = step.said.astype(np.int64).reshape(-1, 3)  # by minds, on top of the exchange
+        count = expected.messages + len(said)
+        size = expected.bytes + int(said[:, 2].sum())
+        if (step.messages, step.bytes) != (count, size):
             messages.fault(
                 f"step {step.step} counts {step.messages} messages, {step.bytes} bytes; "
-                f"it takes {expected.messages} and {expected.bytes}"
+                f"it takes {count} and {size}"
             )
+        if bool((said[:, :2] >= n).any()) or bool((said[:, 2] < HEADER_BYTES).any()):
+            messages.fault(f"step {step.step} has messages of nobody, to nobody or of no size")
         following = run.steps[number + 1] if number + 1 < len(run.steps) else None
         for robot in range(n):
             _check_use(step, following, world, known, owner[robot], robot, sight)

@@ -81,6 +81,7 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
     return (
         all(len(part) == n for part in per_robot)
         and len(step.told) % 4 == 0
+        and len(step.said) % 3 == 0
         and bool((np.diff(step.scan_ends.astype(np.int64)) >= 0).all())
         and int(step.scan_ends[-1]) == len(step.scans)
         and bool((step.cells < size).all())

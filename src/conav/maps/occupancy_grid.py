@@ -41,6 +41,10 @@ class OccupancyGrid:
         cells.flags.writeable = False
         object.__setattr__(self, "cells", cells)
 
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        # Through the constructor, so that an unpickled grid is locked again.
+        return (OccupancyGrid, (self.cells, self.resolution, self.origin, self.name, self.warnings))
+
     @property
     def rows(self) -> int:
         return self.cells.shape[0]

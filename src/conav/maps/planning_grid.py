@@ -33,6 +33,9 @@ class Lattice:
     row_of: NDArray[np.int32]  # (fine_rows,) planning row a fine row lies in
     col_of: NDArray[np.int32]  # (fine_cols,) planning column a fine column lies in
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore_locked(self, state)
+
     @property
     def ratio(self) -> float:
         """Fine cells per side of a planning cell."""
@@ -46,12 +49,18 @@ class Lattice:
         )
 
     def cell_at(self, x: float, y: float) -> int:
-        """The flat index of the planning cell around a point of the grid's own frame [m], or -1."""
-        col = int(x / self.cell_m) if x >= 0 else -1
-        row = int(y / self.cell_m) if y >= 0 else -1
-        if 0 <= row < self.rows and 0 <= col < self.cols:
-            return row * self.cols + col
-        return -1
+        """The flat index of the planning cell around a point of the grid's own frame [m].
+
+        Strips at the far borders too narrow for a cell of their own belong to the last one; -1 for
+        points off the map.
+        """
+        if not (0 <= x <= self.fine_cols * self.resolution):
+            return -1
+        if not (0 <= y <= self.fine_rows * self.resolution):
+            return -1
+        col = min(int(x / self.cell_m), self.cols - 1)
+        row = min(int(y / self.cell_m), self.rows - 1)
+        return row * self.cols + col
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +80,9 @@ class PlanningGrid:
     moves: NDArray[np.uint8]  # (rows, cols) bit k: the move in direction k is possible
     standable: NDArray[np.uint8]  # (rows, cols) 1 where the disc fits at the centre
     labels: NDArray[np.int32]  # (rows, cols) connected part, -1 where the disc does not fit
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore_locked(self, state)
 
     @property
     def radius_fine(self) -> float:
@@ -229,3 +241,11 @@ Array = TypeVar("Array", bound=np.ndarray[Any, Any])
 def _locked(array: Array) -> Array:
     array.flags.writeable = False
     return array
+
+
+def _restore_locked(item: object, state: dict[str, Any]) -> None:
+    """Unpickling gives back writable arrays; these stay locked."""
+    item.__dict__.update(state)
+    for value in state.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False

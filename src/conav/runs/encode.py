@@ -41,6 +41,8 @@ def encode_step(record: StepRecord) -> bytes:
             record.scans.tobytes(),
             pack(len(record.told)),
             record.told.tobytes(),
+            pack(len(record.said)),
+            record.said.tobytes(),
             count,
             record.wishes.tobytes(),
             pad,

@@ -18,6 +18,7 @@ uint8[] looked
 uint32[] scan_ends
 uint32[] scans
 uint32[] told
+uint32[] said
 int8[] wishes
 int32[] goals
 uint8[] finished

@@ -21,10 +21,11 @@ class StepRecord(NamedTuple):
     scan_ends: NDArray[np.uint32]  # (n,) where each robot's part of `scans` ends
     scans: NDArray[np.uint32]  # flat fine indices new to the robot, `OCCUPIED_BIT` on walls
     told: NDArray[np.uint32]  # (4 k,) receiver, sender, origin, scans of origin now held
+    said: NDArray[np.uint32]  # (3 k,) sender, receiver, bytes of each message a mind sent
     wishes: NDArray[np.int8]  # (n,) direction asked for, -1 stay
     goals: NDArray[np.int32]  # (n,) planning cell headed for, -1 none
     finished: NDArray[np.uint8]  # (n,) 1: nothing left to do as far as it knows
-    messages: int
+    messages: int  # sent in this step: reports, transfers and what minds said
     bytes: int
 
     def scan(self, robot: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -11,7 +11,7 @@ from conav.exploration.belief import new_scratch
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.messages.message import Message
-from conav.simulation.radio_network import MAX_ROUNDS, Told, exchange
+from conav.simulation.radio_network import MAX_ROUNDS, Told, exchange, links
 from conav.simulation.sensing import Looker, look
 from conav.simulation.traffic import resolve
 from conav.simulation.world_state import Scan, WorldState
@@ -25,6 +25,7 @@ class StepEvents(NamedTuple):
     headings: NDArray[np.int8]  # (n,)
     scans: list[Scan | None]  # per robot
     told: list[Told]
+    said: list[Message]  # by minds
     actions: list[Action]  # per robot
     messages: int
     bytes: int
@@ -62,6 +63,7 @@ class Engine:
             state.headings.copy(),
             fresh,
             outcome.told,
+            said,
             actions,
             messages,
             size,
@@ -81,9 +83,6 @@ class Engine:
             self.gap,
             self.rate,
             state.credit,
-            state.waited,
-            state.yields_until,
-            state.yield_length,
             state.travelled,
             self.outcome,
         )
@@ -135,16 +134,17 @@ class Engine:
             inboxes[message.receiver].append(message)
         state.in_flight = []
         asked = range(n)
+        heard: NDArray[np.bool_] | None = None
         for _ in range(MAX_ROUNDS):
             sent: list[Message] = []
             for robot in asked:
                 view = self._view(state, robot)
                 start = perf_counter_ns()
-                memory = state.memories[robot]
-                if memory is None:
-                    memory = state.strategy.start(view, state.generators[robot])
+                if not state.started[robot]:
+                    state.memories[robot] = state.strategy.start(view, state.generators[robot])
+                    state.started[robot] = True
                 memory, actions[robot], out = state.strategy.step(
-                    memory, view, inboxes[robot], state.generators[robot]
+                    state.memories[robot], view, inboxes[robot], state.generators[robot]
                 )
                 state.memories[robot] = memory
                 decision_ns.append(perf_counter_ns() - start)
@@ -152,9 +152,17 @@ class Engine:
             if not sent:
                 break
             said.extend(sent)
+            if heard is None:
+                heard = links(state)
             inboxes = [[] for _ in range(n)]
             for message in sent:
-                inboxes[message.receiver].append(message)
+                if not 0 <= message.receiver < n:
+                    raise ValueError(
+                        f"robot {message.sender} sends to robot {message.receiver}; there are {n}"
+                    )
+                # What is sent to somebody out of reach is sent all the same, and lost.
+                if heard[message.sender, message.receiver]:
+                    inboxes[message.receiver].append(message)
             asked = [robot for robot in range(n) if inboxes[robot]]
         else:
             # Too many rounds for one step: the rest is read in the next.
@@ -174,12 +182,17 @@ class Engine:
             int(state.headings[robot]),
             state.beliefs[robot],
             problem.plan.lattice,
-            state.heard_cell[robot],
-            state.heard_step[robot],
+            _locked(state.heard_cell[robot]),
+            _locked(state.heard_step[robot]),
         )
 
 
 _STAY = Action(STAY)
+
+
+def _locked(array: NDArray[np.int32]) -> NDArray[np.int32]:
+    array.flags.writeable = False  # of this row's view; the state's own array stays writable
+    return array
 
 
 def engine_for(state: WorldState) -> Engine:

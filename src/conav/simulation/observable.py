@@ -25,7 +25,8 @@ def observable_cells(
     labels = {int(plan.labels.reshape(-1)[cell]) for cell in starts}
     reachable = np.isin(plan.labels, sorted(labels))
     places = np.zeros(plan.walls.shape, dtype=np.uint8)
-    places[np.ix_(plan.lattice.fine_row, plan.lattice.fine_col)] = reachable
+    rows, cols = np.nonzero(reachable)
+    places[plan.lattice.fine_row[rows], plan.lattice.fine_col[cols]] = 1
     square = (sensor.range_m / plan.grid.resolution) ** 2
     if sensor.occlusion:
         return _seen_from_nearest(plan.walls, places, square)

@@ -65,6 +65,7 @@ def run_exploration(
     recorder = _Recorder(writer, problem, state) if writer is not None else None
     if recorder is not None:
         recorder.begin(_header(problem, strategy, name))
+    told = _Counters(state)  # as of the last step that was recorded
     covered: list[int] = []
     decision_ns: list[int] = []
     last_step = int(problem.max_time_s / problem.step_s + 1e-9)
@@ -75,9 +76,10 @@ def run_exploration(
     try:
         while True:
             events = engine.sense_and_decide(state, decision_ns)
-            covered.append(int(state.covered[0]))
             if recorder is not None:
-                recorder.record(events, covered[-1])
+                recorder.record(events, int(state.covered[0]))
+            covered.append(int(state.covered[0]))
+            told = _Counters(state)
             if progress is not None:
                 progress(state)
             if covered[-1] == state.n_observable:
@@ -96,11 +98,11 @@ def run_exploration(
         covered=covered,
         observable=state.n_observable,
         step_s=problem.step_s,
-        travelled_m=state.travelled * problem.plan.lattice.cell_m,
-        sensed=state.sensed,
-        discovered=state.discovered,
-        messages=state.messages,
-        bytes_sent=state.bytes,
+        travelled_m=told.travelled * problem.plan.lattice.cell_m,
+        sensed=told.sensed,
+        discovered=told.discovered,
+        messages=told.messages,
+        bytes_sent=told.bytes,
     )
     decision = np.array(decision_ns or [0]) / 1e6
     decision_ms = {
@@ -121,6 +123,19 @@ def run_exploration(
         interrupted=interrupted,
         digest=writer.digest if writer is not None else None,
     )
+
+
+class _Counters:
+    """The counters of a run at one moment, which an interrupt in the middle of a step leaves."""
+
+    __slots__ = ("bytes", "discovered", "messages", "sensed", "travelled")
+
+    def __init__(self, state: WorldState) -> None:
+        self.travelled = state.travelled.copy()
+        self.sensed = state.sensed.copy()
+        self.discovered = state.discovered.copy()
+        self.messages = state.messages
+        self.bytes = state.bytes
 
 
 def team_map(state: WorldState) -> NDArray[np.uint8]:
@@ -144,7 +159,7 @@ def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[
         "max_time_s": problem.max_time_s,
         "step_s": problem.step_s,
         "strategy": name,
-        "settings": _plain(strategy),
+        "settings": _plain(strategy) if is_dataclass(strategy) else {},
     }
 
 
@@ -153,7 +168,7 @@ def _plain(item: object) -> Any:
         return {field.name: _plain(getattr(item, field.name)) for field in fields(item)}
     if isinstance(item, tuple | list):
         return [_plain(part) for part in cast("tuple[object, ...]", item)]
-    return item
+    return item if item is None or isinstance(item, bool | int | float | str) else repr(item)
 
 
 class _Recorder:
@@ -204,6 +219,7 @@ class _Recorder:
                 np.array(ends, dtype=np.uint32),
                 scans,
                 np.array(events.told, dtype=np.uint32).reshape(-1) if events.told else self.nobody,
+                self._said(events),
                 np.array(wishes, dtype=np.int8),
                 np.array(goals, dtype=np.int32),
                 np.array(finished, dtype=np.uint8),
@@ -246,6 +262,12 @@ class _Recorder:
             }
         )
         self.writer.close()
+
+    def _said(self, events: StepEvents) -> NDArray[np.uint32]:
+        if not events.said:
+            return self.nobody
+        rows = [(item.sender, item.receiver, item.size_bytes) for item in events.said]
+        return np.array(rows, dtype=np.uint32).reshape(-1)
 
     def _poses(self, time_ns: int) -> None:
         plan = self.problem.plan

@@ -7,35 +7,69 @@ straight line at constant speed, would come nearer than the sum of their radii, 
 `MIN_GAP` of a cell apart, which forbids swapping cells, crossing diagonally and sharing a cell even
 for robots of no size.
 
-Priorities differ from the paper, where they grow until a goal is reached, because explorers have no
-fixed goals: robots that want to move come before idle ones, then lower numbers first; a robot that
-could not move for `PATIENCE` steps goes last for a while that doubles each time, which resolves
-meetings in dead ends.
+Two things differ from the paper. Priorities there grow until a goal is reached, but explorers drop
+and change goals all the time, and robots whose priorities follow each other push each other to and
+fro. Here robots that want to move come before idle ones, and among them the order is drawn anew at
+set times, after 24, 24, 48, 24, 24, 48, 96, ... steps (Luby, Sinclair, Zuckerman 1993): often
+enough to part robots that block each other in step, and now and then for long enough to push one
+out of a long corridor. And a pushed robot leaves to the side where it can, so that it is passed at
+the first side pocket; a robot that must turn for that turns first.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.geometry.directions import DCOL, DROW, SQRT2, STAY
+from conav.geometry.directions import DCOL, DROW, OPPOSITE, SQRT2, STAY
 
 MIN_GAP = 0.4  # [cells]
-PATIENCE = 4  # [steps] without moving before a robot yields
-YIELD = 16  # [steps] of going last, doubled at each repetition
+ORDER_STEPS = 24  # [steps] the shortest time one order of robots holds
 MOVED = 1
 TURNED = 2
 
-# Directions by how well they get out of the way of a push in direction k: onwards first.
-_ONWARD = (
-    (0, 4, 7, 1, 3, 5, 6, 2),
-    (1, 4, 5, 0, 2, 7, 6, 3),
-    (2, 5, 6, 1, 3, 4, 7, 0),
-    (3, 6, 7, 0, 2, 5, 4, 1),
-    (4, 0, 1, 7, 5, 3, 2, 6),
-    (5, 1, 2, 4, 6, 0, 3, 7),
-    (6, 2, 3, 5, 7, 1, 0, 4),
-    (7, 0, 3, 4, 6, 1, 2, 5),
+# How long an order holds, in units of ORDER_STEPS: the Luby sequence, after which it begins anew.
+_LUBY = (
+    *(1, 1, 2, 1, 1, 2, 4, 1, 1, 2, 1, 1, 2, 4, 8),
+    *(1, 1, 2, 1, 1, 2, 4, 1, 1, 2, 1, 1, 2, 4, 8, 16),
 )
+_LUBY_SUM = sum(_LUBY)
+
+# Directions by how well they get out of the way of a push in direction k: to the sides first, then
+# slanting onwards, onwards, slanting back, back.
+_ASIDE = (
+    (1, 3, 4, 7, 0, 5, 6, 2),
+    (0, 2, 4, 5, 1, 7, 6, 3),
+    (1, 3, 5, 6, 2, 4, 7, 0),
+    (0, 2, 6, 7, 3, 5, 4, 1),
+    (5, 7, 0, 1, 4, 3, 2, 6),
+    (4, 6, 1, 2, 5, 0, 3, 7),
+    (5, 7, 2, 3, 6, 1, 0, 4),
+    (4, 6, 0, 3, 7, 1, 2, 5),
+)
+
+
+@kernel
+def order_of(step: int) -> int:
+    """Which order of robots holds at a step; orders are numbered from 0."""
+    units = step // ORDER_STEPS
+    number = units // _LUBY_SUM * len(_LUBY)
+    left = units % _LUBY_SUM
+    for k in range(len(_LUBY)):
+        if left < _LUBY[k]:
+            return number + k
+        left -= _LUBY[k]
+    return number
+
+
+@kernel
+def rank_in(order: int, robot: int) -> int:
+    """A number that sorts the robots in that order: mixed from both, the first order by number."""
+    if order == 0:
+        return robot
+    mixed = (order * 0x9E3779B1 + robot * 0x85EBCA77) & 0xFFFFFFFF
+    mixed = ((mixed ^ (mixed >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
+    mixed = ((mixed ^ (mixed >> 12)) * 0x297A2D39) & 0xFFFFFFFF
+    return (mixed ^ (mixed >> 15)) & 0xFFFFFFFF
 
 
 @kernel
@@ -89,24 +123,24 @@ def _clear(
 
 
 @kernel
-def _allowed(
+def _vacant(
     robot: int,
     k: int,
-    push: int,
-    moves: int,
-    able: int,
-    turning: int,
-    heading: int,
-    turn_to: NDArray[np.int8],
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    chosen: NDArray[np.int8],
+    decided: NDArray[np.uint8],
+    gap: NDArray[np.float64],
 ) -> bool:
-    """Whether the robot can make move k in this step, walls, speed and heading considered."""
-    if moves & (1 << k) == 0 or (able >> (1 if k >= 4 else 0)) & 1 == 0:
-        return False
-    if turning == 1 and (k >= 4 or heading != k):
-        # It has to turn first. Pushed, it turns to the first way out and leaves a step later.
-        if k < 4 and push >= 0 and turn_to[robot] < 0:
-            turn_to[robot] = k
-        return False
+    """Whether the robot's move k would hit nobody, decided or still standing."""
+    for j in range(rows.shape[0]):
+        if j != robot:
+            g = max(float(gap[robot] + gap[j]), MIN_GAP)
+            k2 = int(chosen[j]) if decided[j] == 1 else STAY
+            if moves_conflict(
+                int(rows[robot]), int(cols[robot]), k, int(rows[j]), int(cols[j]), k2, g * g
+            ):
+                return False
     return True
 
 
@@ -124,6 +158,7 @@ def _decide(
     chosen: NDArray[np.int8],
     decided: NDArray[np.uint8],
     turn_to: NDArray[np.int8],
+    saves: NDArray[np.uint8],
 ) -> bool:
     """Whether the robot, and all it pushes, found moves that leave room for all decided ones.
 
@@ -155,32 +190,50 @@ def _decide(
         returned = 0
         while trying:
             attempt = attempts[depth]
-            if attempt == 10:
+            if attempt == 11:
                 break
             attempts[depth] += 1
+            way = moves[rows[robot], cols[robot]]
+            faces_out = (
+                push >= 0
+                and turning[robot] == 1
+                and heading[robot] != OPPOSITE[push]
+                and way & (1 << heading[robot]) != 0
+            )
             if attempt == 0:
                 k = int(wish[robot])
                 if k < 0:
                     continue
-            elif attempt < 9:
+            elif attempt == 1:
+                # A robot that faces a way out, other than straight on, has turned to it before.
+                if not faces_out or heading[robot] == push:
+                    continue
+                k = int(heading[robot])
+            elif attempt < 10:
                 if push < 0:
                     continue
-                k = _ONWARD[push][attempt - 1]
+                k = _ASIDE[push][attempt - 2]
                 if k == wish[robot]:
                     continue
             else:
                 k = STAY
-            if k >= 0 and not _allowed(
-                robot,
-                k,
-                push,
-                moves[rows[robot], cols[robot]],
-                able[robot],
-                turning[robot],
-                heading[robot],
-                turn_to,
-            ):
-                continue
+            if k >= 0:
+                if way & (1 << k) == 0:
+                    continue
+                if turning[robot] == 1 and (k >= 4 or heading[robot] != k):
+                    # It has to turn first. Pushed, it turns to the first free way out and leaves a
+                    # step later, rather than let itself be driven on past a side pocket; where
+                    # none is free it faces one to push on by.
+                    if k < 4 and push >= 0:
+                        if _vacant(robot, k, rows, cols, chosen, decided, gap):
+                            turn_to[robot] = k
+                            break
+                        if turn_to[robot] < 0 and not faces_out:
+                            turn_to[robot] = k
+                    continue
+                if (able[robot] >> (1 if k >= 4 else 0)) & 1 == 0:
+                    saves[robot] = 1  # asked to, it saves up for the move
+                    continue
             if not _clear(robot, k, rows, cols, chosen, decided, gap):
                 continue
             kept_chosen[depth] = chosen
@@ -232,13 +285,10 @@ def resolve(
     gap: NDArray[np.float64],
     rate: NDArray[np.float64],
     credit: NDArray[np.float64],
-    waited: NDArray[np.int32],
-    yields_until: NDArray[np.int32],
-    yield_length: NDArray[np.int32],
     travelled: NDArray[np.float64],
     outcome: NDArray[np.uint8],
 ) -> int:
-    """The number of robots that moved; updates cells, headings, credit and patience in place.
+    """The number of robots that moved; updates cells, headings, credit and path lengths in place.
 
     `wish` (n,) is the direction each mind asked for, `moves` the true moves, `gap` the radii
     [cells]. A robot earns `rate` cells of travel a step while it wants to move; a straight move
@@ -253,6 +303,7 @@ def resolve(
     chosen = np.full(n, STAY, dtype=np.int8)
     decided = np.zeros(n, dtype=np.uint8)
     turn_to = np.full(n, STAY, dtype=np.int8)
+    saves = np.zeros(n, dtype=np.uint8)
     wanted = np.empty(n, dtype=np.int8)
     for i in range(n):
         rows[i] = cells[i] // width
@@ -267,26 +318,29 @@ def resolve(
         if k >= 0 and moves[rows[i], cols[i]] & (1 << k) == 0:
             k = STAY
         wanted[i] = k
-    # Those who want to move, then those who yield, then the idle; lower numbers first. Staying is
-    # always left to each: whatever was decided so far leaves room for everybody standing.
-    for rank in range(3):
-        for i in range(n):
-            mine = 2 if wanted[i] < 0 else (1 if yields_until[i] > step else 0)
-            if decided[i] == 0 and mine == rank:
-                _decide(
-                    i,
-                    rows,
-                    cols,
-                    wanted,
-                    able,
-                    moves,
-                    heading,
-                    turning,
-                    gap,
-                    chosen,
-                    decided,
-                    turn_to,
-                )
+    # Those who want to move in the order that holds now, then the idle. Staying is always left to
+    # each: whatever was decided so far leaves room for everybody standing.
+    order = order_of(step)
+    key = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        key[i] = rank_in(order, i) + ((1 << 40) if wanted[i] < 0 else 0)
+    for i in np.argsort(key, kind="mergesort"):
+        if decided[i] == 0:
+            _decide(
+                i,
+                rows,
+                cols,
+                wanted,
+                able,
+                moves,
+                heading,
+                turning,
+                gap,
+                chosen,
+                decided,
+                turn_to,
+                saves,
+            )
     moved = 0
     for i in range(n):
         outcome[i] = 0
@@ -300,9 +354,6 @@ def resolve(
             moved += 1
             if k < 4:
                 heading[i] = k
-            waited[i] = 0
-            if k == wanted[i]:
-                yield_length[i] = YIELD
             continue
         if turning[i] == 1:
             face = turn_to[i]
@@ -313,15 +364,6 @@ def resolve(
                 outcome[i] = TURNED
                 credit[i] = 0.0
                 continue
-        saving = wanted[i] >= 0 and (able[i] >> (1 if wanted[i] >= 4 else 0)) & 1 == 0
-        if not saving:
+        if saves[i] == 0:
             credit[i] = 0.0
-        if wanted[i] >= 0 and not saving:
-            waited[i] += 1
-            if waited[i] >= PATIENCE:
-                waited[i] = 0
-                yields_until[i] = step + 1 + yield_length[i]
-                yield_length[i] = min(2 * yield_length[i], 1024)
-        elif wanted[i] < 0:
-            waited[i] = 0
     return moved

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from conav.exploration.belief import Belief
 from conav.exploration.types import ExplorationProblem, Strategy
 from conav.messages.message import Message
-from conav.simulation.traffic import YIELD
 
 
 @dataclass(eq=False)
@@ -41,6 +40,7 @@ class WorldState:
     heard_step: NDArray[np.int32]  # (n, n) the step of that, -1 never
     must_look: NDArray[np.bool_]  # (n,) moved since its last scan
     memories: list[Any]
+    started: list[bool]  # whether a mind has made its memory
     generators: list[np.random.Generator]
     in_flight: list[Message]
     sensed_by: NDArray[np.uint8]  # (words, fine cells) a bit per robot: has seen that cell
@@ -51,9 +51,6 @@ class WorldState:
     covered: NDArray[np.int64]  # (1,) observable cells the team has seen
     travelled: NDArray[np.float64]  # (n,) [cells]
     credit: NDArray[np.float64]  # (n,) [cells] of travel earned and not used
-    waited: NDArray[np.int32]  # (n,) [steps] it could not move
-    yields_until: NDArray[np.int32]  # (n,) [step]
-    yield_length: NDArray[np.int32]  # (n,) [steps]
     finished: NDArray[np.bool_]  # (n,) its mind has nothing left to do
     messages: int = 0
     bytes: int = 0
@@ -96,6 +93,7 @@ def new_world(
         heard_step=np.full((n, n), -1, dtype=np.int32),
         must_look=np.ones(n, dtype=np.bool_),
         memories=[None] * n,
+        started=[False] * n,
         generators=generators,
         in_flight=[],
         sensed_by=np.zeros(((n + 7) // 8, fine), dtype=np.uint8),
@@ -106,8 +104,5 @@ def new_world(
         covered=np.zeros(1, dtype=np.int64),
         travelled=np.zeros(n, dtype=np.float64),
         credit=np.zeros(n, dtype=np.float64),
-        waited=np.zeros(n, dtype=np.int32),
-        yields_until=np.zeros(n, dtype=np.int32),
-        yield_length=np.full(n, YIELD, dtype=np.int32),
         finished=np.zeros(n, dtype=np.bool_),
     )
