@@ -106,8 +106,9 @@ def check_walls(run: Run, world: World, check: Check, moves: Moves) -> None:
 
 
 def check_speed(run: Run, world: World, check: Check, moves: Moves) -> None:
-    """Every move was paid for: a robot earns its speed each step, and saves it up only while it
-    waits for the move it asks for.
+    """Every move was paid for: a robot earns its speed each step, and saves it up while it waits for
+    the move it asks for; one that just stands keeps no more than a slow robot lacks for a straight
+    move.
     """
     for robot in range(world.n):
         rate = float(world.rates[robot])
@@ -127,8 +128,10 @@ def check_speed(run: Run, world: World, check: Check, moves: Moves) -> None:
             wish = int(now.wishes[robot])
             price = 2.0**0.5 if wish >= 4 else 1.0
             waits = moves.towards(robot, a, wish) >= 0 and credit < price - SLACK
-            if turned or not waits:
+            if turned:
                 credit = 0.0
+            elif not waits:
+                credit = min(credit, 1.0 - rate)
 
 
 def check_headings(run: Run, world: World, check: Check) -> None:

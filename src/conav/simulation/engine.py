@@ -42,6 +42,8 @@ class Engine:
     turning: NDArray[np.uint8]
     wish: NDArray[np.int8]
     outcome: NDArray[np.uint8]
+    heard_of: WorldState | None = None
+    heard: tuple[list[NDArray[np.int32]], ...] = ()
 
     def sense_and_decide(self, state: WorldState, decision_ns: list[int]) -> StepEvents:
         """Everything of a step up to the actions; nobody has moved yet."""
@@ -171,8 +173,21 @@ class Engine:
             state.finished[robot] = action.finished
         return actions, said
 
+    def _heard_by(self, state: WorldState) -> tuple[list[NDArray[np.int32]], ...]:
+        """Locked views of the rows of what each robot heard, made once per state."""
+        if self.heard_of is not state:
+            self.heard_of = state
+            self.heard = ([], [])
+            for rows, array in zip(self.heard, (state.heard_cell, state.heard_step), strict=True):
+                for robot in range(len(array)):
+                    row = array[robot]
+                    row.flags.writeable = False  # of the view; the state's array stays writable
+                    rows.append(row)
+        return self.heard
+
     def _view(self, state: WorldState, robot: int) -> TeamView:
         problem = state.problem
+        heard_cell, heard_step = self._heard_by(state)
         return TeamView(
             state.step,
             state.step * problem.step_s,
@@ -182,17 +197,12 @@ class Engine:
             int(state.headings[robot]),
             state.beliefs[robot],
             problem.plan.lattice,
-            _locked(state.heard_cell[robot]),
-            _locked(state.heard_step[robot]),
+            heard_cell[robot],
+            heard_step[robot],
         )
 
 
 _STAY = Action(STAY)
-
-
-def _locked(array: NDArray[np.int32]) -> NDArray[np.int32]:
-    array.flags.writeable = False  # of this row's view; the state's own array stays writable
-    return array
 
 
 def engine_for(state: WorldState) -> Engine:

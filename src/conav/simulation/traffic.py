@@ -158,7 +158,6 @@ def _decide(
     chosen: NDArray[np.int8],
     decided: NDArray[np.uint8],
     turn_to: NDArray[np.int8],
-    saves: NDArray[np.uint8],
 ) -> bool:
     """Whether the robot, and all it pushes, found moves that leave room for all decided ones.
 
@@ -232,7 +231,6 @@ def _decide(
                             turn_to[robot] = k
                     continue
                 if (able[robot] >> (1 if k >= 4 else 0)) & 1 == 0:
-                    saves[robot] = 1  # asked to, it saves up for the move
                     continue
             if not _clear(robot, k, rows, cols, chosen, decided, gap):
                 continue
@@ -303,7 +301,6 @@ def resolve(
     chosen = np.full(n, STAY, dtype=np.int8)
     decided = np.zeros(n, dtype=np.uint8)
     turn_to = np.full(n, STAY, dtype=np.int8)
-    saves = np.zeros(n, dtype=np.uint8)
     wanted = np.empty(n, dtype=np.int8)
     for i in range(n):
         rows[i] = cells[i] // width
@@ -339,7 +336,6 @@ def resolve(
                 chosen,
                 decided,
                 turn_to,
-                saves,
             )
     moved = 0
     for i in range(n):
@@ -364,6 +360,8 @@ def resolve(
                 outcome[i] = TURNED
                 credit[i] = 0.0
                 continue
-        if saves[i] == 0:
-            credit[i] = 0.0
+        if wanted[i] < 0 or (able[i] >> (1 if wanted[i] >= 4 else 0)) & 1 == 1:
+            # Standing, it keeps what a slow robot lacks for a straight move, so that it can be
+            # pushed; one that waits for its move's time to pass keeps all.
+            credit[i] = min(credit[i], 1.0 - rate[i])
     return moved
