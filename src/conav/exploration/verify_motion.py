@@ -106,9 +106,10 @@ def check_walls(run: Run, world: World, check: Check, moves: Moves) -> None:
 
 
 def check_speed(run: Run, world: World, check: Check, moves: Moves) -> None:
-    """Every move was paid for: a robot earns its speed each step, and saves it up while it waits for
-    the move it asks for; one that just stands keeps no more than a slow robot lacks for a straight
-    move.
+    """Every move was paid for: a robot earns its speed each step.
+
+    It saves up while it waits for the move it asks for; one that just stands keeps no more than a
+    slow robot lacks for a straight move.
     """
     for robot in range(world.n):
         rate = float(world.rates[robot])
