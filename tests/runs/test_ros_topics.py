@@ -58,7 +58,7 @@ def test_poses_and_transforms_follow_the_events(bag: tuple[Path, Any]) -> None:
     path, done = bag
     topics = read(path)
     lattice = done.problem.plan.lattice
-    steps = {time: step for time, step in topics["/conav/step"]}
+    steps = dict(topics["/conav/step"])
     x0, y0, yaw = ORIGIN
     checked = 0
     for robot in range(2):

@@ -271,6 +271,7 @@ def _compare_told(step: StepRecord, expected: _Traffic, check: Check) -> None:
     said = [tuple(map(int, row)) for row in step.told.reshape(-1, 4)]
     if said == expected.told:
         return
+    before = check.broken
     right = set(expected.told)
     for receiver, sender, origin, upto in (row for row in said if row not in right):
         check.fault(
@@ -281,6 +282,8 @@ def _compare_told(step: StepRecord, expected: _Traffic, check: Check) -> None:
         check.fault(
             f"at step {step.step} robot {receiver} is not told of {origin}'s scans it could hear of"
         )
+    if check.broken == before:
+        check.fault(f"at step {step.step} transfers are listed twice or in another order")
     if sorted(said) == sorted(expected.told):
         check.fault(f"at step {step.step} transfers are out of order")
 
