@@ -70,6 +70,7 @@ def record(
         scan_ends=ends.astype(np.uint32),
         scans=np.array([cell for scan in scans for cell in scan], dtype=np.uint32),
         told=np.empty(0, dtype=np.uint32),
+        said=np.zeros(0, np.uint32),
         wishes=np.full(n, -1, dtype=np.int8),
         goals=np.array(goals or [-1] * n, dtype=np.int32),
         finished=np.zeros(n, dtype=np.uint8),
