@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +13,8 @@ import conav
 
 CASES = (
     {"map": "maze", "robots": 2, "seed": 7, "motion": "8-connected", "radio": "perfect"},
+    {"map": "office", "robots": 3, "seed": 7, "motion": "8-connected", "radio": 4.0},
+    {"map": "maze", "robots": 3, "seed": 8, "motion": "forward-turn", "radio": "perfect"},
     {"map": "cave", "robots": 3, "seed": 7, "motion": "forward-turn", "radio": 4.0},
 )
 
@@ -49,8 +52,14 @@ def elsewhere(**environment: str) -> list[str]:
     return result.stdout.split()
 
 
+@cache
+def usual() -> list[str]:
+    return digests()
+
+
 def test_repeats() -> None:
-    assert digests() == digests()
+    assert len(set(usual())) == len(CASES)
+    assert digests() == usual()
 
 
 def test_the_seed_matters() -> None:
@@ -60,10 +69,15 @@ def test_the_seed_matters() -> None:
 
 
 def test_any_number_of_workers() -> None:
-    expected = digests() * 2
     for workers in (1, 2):
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            assert list(pool.map(digest_of, [0, 1, 0, 1])) == expected
+            assert list(pool.map(digest_of, range(len(CASES)))) == usual()
+
+
+def test_any_order_of_sets_and_any_number_of_threads() -> None:
+    for seed, threads in (("0", "1"), ("4711", "2")):
+        there = {"OMP_NUM_THREADS": threads, "NUMBA_NUM_THREADS": threads, "PYTHONHASHSEED": seed}
+        assert elsewhere(**there) == usual()
 
 
 def test_a_plain_processor(tmp_path: Path) -> None:
@@ -78,4 +92,4 @@ def test_a_plain_processor(tmp_path: Path) -> None:
         "CONAV_CACHE_DIR": str(tmp_path / "kernels"),
         "PYTHONHASHSEED": "12345",
     }
-    assert elsewhere(**masked) == digests()
+    assert elsewhere(**masked) == usual()

@@ -278,7 +278,7 @@ def look_around(
     `seen`; cells that have it already were looked at before and are passed over.
     """
     rows, cols = walls.shape
-    reach = int(np.sqrt(square)) + 1
+    reach = min(int(np.sqrt(square)) + 1, max(rows, cols))
     missed = 0
     fresh = 0
     # Sight only ever goes away from the viewer, so a cell that no way of such steps through free

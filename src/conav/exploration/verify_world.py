@@ -1,6 +1,5 @@
 """What a run's header and map say, in the verifier's own terms, and the notes it takes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, isfinite
 from typing import Any, NamedTuple, cast
@@ -108,33 +107,34 @@ def _world(run: Run, header: dict[str, Any]) -> World:
     if rows < 1 or cols < 1 or rows * cols > MAX_CELLS:
         raise ValueError(f"{rows} x {cols} planning cells")
 
-    def each(read: Callable[[dict[str, Any]], float]) -> NDArray[np.float64]:
-        return np.array([read(robot) for robot in robots])
-
-    radii_m = each(lambda robot: _number(robot["radius_m"]))
-    speeds = each(lambda robot: _number(robot["speed_mps"], above=0.0))
-    ranges = each(lambda robot: _number(robot["sensor"]["range_m"]))
+    radii_m = [_number(robot["radius_m"]) for robot in robots]
+    speeds = [_number(robot["speed_mps"], above=0.0) for robot in robots]
+    ranges = [_number(robot["sensor"]["range_m"]) for robot in robots]
     limits = [robot["radio"]["range_m"] for robot in robots]
     starts = [_number(cell) for cell in header["starts"]]
     if len(starts) != len(robots) or max(starts) >= rows * cols or any(s % 1 for s in starts):
         raise ValueError("starts that are no planning cells, one per robot")
+    # Lengths beyond the whole map mean the same as the whole map, and do not overflow.
+    far = float(sum(run.cells.shape))
     odd: list[str] = []
-    if not _near(step_s, cell_m / float(speeds.max())):
+    if not _near(step_s, cell_m / max(speeds)):
         odd.append(f"a step of {step_s:g} s is not a cell at the fastest robot's speed")
-    if not _near(_number(header["radius_m"]), float(radii_m.max())):
+    if not _near(_number(header["radius_m"]), max(radii_m)):
         odd.append("the robots' radius is not the one their moves were made for")
     return World(
         walls=(run.cells != 0).astype(np.uint8),
         rows=rows,
         cols=cols,
         ratio=ratio,
-        radii=np.maximum(radii_m / run.resolution, 1e-3),
-        rates=speeds / speeds.max(),
-        squares=(ranges / run.resolution) ** 2,
+        radii=np.array([min(max(r / run.resolution, 1e-3), far) for r in radii_m]),
+        rates=np.array([speed / max(speeds) for speed in speeds]),
+        squares=np.array([min(r / run.resolution, far) ** 2 for r in ranges]),
         occlusion=[_flag(robot["sensor"]["occlusion"]) for robot in robots],
         diagonal=[_flag(robot["motion"]["diagonal"]) for robot in robots],
         turning=[_flag(robot["motion"]["turn_costs_step"]) for robot in robots],
-        radio=[None if limit is None else _number(limit) / cell_m for limit in limits],
+        radio=[
+            None if limit is None else min(_number(limit) / cell_m, rows + cols) for limit in limits
+        ],
         starts=np.array(starts, dtype=np.int64),
         step_s=step_s,
         cell_m=cell_m,

@@ -17,8 +17,8 @@ class Unbuffered:
     """A stream whose every write is handed to the operating system at once.
 
     The mcap package puts a buffer of its own before a raw file, which a killed process loses. When
-    a write fails, `InputError` names the file; later writes do nothing, so that closing after it
-    does not fail a second time.
+    a write fails the file is closed and `InputError` names it; later writes do nothing, so that
+    finishing the file after that does not fail a second time.
     """
 
     def __init__(self, file: RawIOBase, path: Path) -> None:
@@ -35,6 +35,7 @@ class Unbuffered:
                 done += self._file.write(view[done:]) or 0
         except OSError as error:
             self._failed = True
+            self._file.close()
             raise InputError(
                 self._path, f"cannot be written ({error.strerror})", "choose another --out"
             ) from None
