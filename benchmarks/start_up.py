@@ -1,6 +1,6 @@
 """Start-up times as whole processes: the figures of docs/performance.md.
 
-    python benchmarks/start_up.py
+python benchmarks/start_up.py
 """
 
 import os
