@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,4 +81,4 @@ def _spread(values: NDArray[np.int64] | NDArray[np.float64]) -> float:
         return 0.0
     shares = [float(value) / total for value in values]
     mean = sum(shares) / len(shares)
-    return (sum((share - mean) ** 2 for share in shares) / len(shares)) ** 0.5
+    return sqrt(sum((share - mean) ** 2 for share in shares) / len(shares))

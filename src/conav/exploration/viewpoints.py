@@ -64,7 +64,8 @@ def nearest_viewpoint(
     if hopeless.flags is None or hopeless.opened != (belief.opened, belief.ways):
         hopeless.opened = (belief.opened, belief.ways)
         hopeless.flags = np.zeros(belief.cells.shape, dtype=np.uint8)
-    limits = lateral_limits(sensor.range_m / lattice.resolution)
+    reach = min(sensor.range_m / lattice.resolution, sum(belief.cells.shape))
+    limits = lateral_limits(reach)
     hidden = _unknown_beside_frontier(belief)
     return _nearest_viewpoint(
         belief.cells,

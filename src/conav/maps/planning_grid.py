@@ -124,6 +124,12 @@ def planning_grid(
     # Planning cells whose centre lies on the map.
     rows = int(np.ceil(grid.rows / ratio - 0.5 - 1e-9))
     cols = int(np.ceil(grid.cols / ratio - 0.5 - 1e-9))
+    if (rows < 1 or cols < 1) and cell_m is None:
+        raise InputError(
+            f"radius {radius_m:g} m",
+            f"is too large for the map {grid.name} ({grid.width_m:g} x {grid.height_m:g} m)",
+            "give a smaller --radius",
+        )
     if rows < 1 or cols < 1:
         raise InputError(
             f"cell {cell:g} m",

@@ -41,6 +41,7 @@ class Engine:
     rate: NDArray[np.float64]
     turning: NDArray[np.uint8]
     wish: NDArray[np.int8]
+    ways: NDArray[np.uint8]
     outcome: NDArray[np.uint8]
     heard_of: WorldState | None = None
     heard: tuple[list[NDArray[np.int32]], ...] = ()
@@ -73,13 +74,16 @@ class Engine:
 
     def move(self, state: WorldState, actions: list[Action]) -> int:
         """The number of robots that moved; time goes on by a step."""
+        # Robots leave, and are pushed, only by ways they know.
         for robot, action in enumerate(actions):
             self.wish[robot] = action[0]
+            self.ways[robot] = state.beliefs[robot].moves.item(state.cells.item(robot))
         moved = resolve(
             state.step,
             state.cells,
             self.wish,
-            state.problem.plan.moves,
+            self.ways,
+            state.problem.plan.lattice.cols,
             state.headings,
             self.turning,
             self.gap,
@@ -211,7 +215,12 @@ def engine_for(state: WorldState) -> Engine:
     plan = problem.plan
     lattice = plan.lattice
     lookers = [
-        Looker(robot.sensor.range_m / lattice.resolution, plan.walls.size, robot.sensor.occlusion)
+        Looker(
+            # Farther than the map is large makes no difference but to memory.
+            min(robot.sensor.range_m / lattice.resolution, sum(plan.walls.shape)),
+            plan.walls.size,
+            robot.sensor.occlusion,
+        )
         for robot in problem.robots
     ]
     n = len(problem.robots)
@@ -224,5 +233,6 @@ def engine_for(state: WorldState) -> Engine:
             [robot.motion.turn_costs_step for robot in problem.robots], dtype=np.uint8
         ),
         wish=np.full(n, STAY, dtype=np.int8),
+        ways=np.zeros(n, dtype=np.uint8),
         outcome=np.zeros(n, dtype=np.uint8),
     )

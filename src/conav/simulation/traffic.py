@@ -151,7 +151,7 @@ def _decide(
     cols: NDArray[np.int32],
     wish: NDArray[np.int8],
     able: NDArray[np.uint8],
-    moves: NDArray[np.uint8],
+    ways: NDArray[np.uint8],
     heading: NDArray[np.int8],
     turning: NDArray[np.uint8],
     gap: NDArray[np.float64],
@@ -192,7 +192,7 @@ def _decide(
             if attempt == 11:
                 break
             attempts[depth] += 1
-            way = moves[rows[robot], cols[robot]]
+            way = int(ways[robot])
             faces_out = (
                 push >= 0
                 and turning[robot] == 1
@@ -277,7 +277,8 @@ def resolve(
     step: int,
     cells: NDArray[np.int32],
     wish: NDArray[np.int8],
-    moves: NDArray[np.uint8],
+    ways: NDArray[np.uint8],
+    width: int,
     heading: NDArray[np.int8],
     turning: NDArray[np.uint8],
     gap: NDArray[np.float64],
@@ -288,13 +289,13 @@ def resolve(
 ) -> int:
     """The number of robots that moved; updates cells, headings, credit and path lengths in place.
 
-    `wish` (n,) is the direction each mind asked for, `moves` the true moves, `gap` the radii
+    `wish` (n,) is the direction each mind asked for, `ways` (n,) the moves each robot knows it can
+    make from where it is, `width` the columns of planning cells, `gap` the radii
     [cells]. A robot earns `rate` cells of travel a step while it wants to move; a straight move
     takes 1, a diagonal sqrt(2), so that nobody is ever faster than allowed. `outcome` gets `MOVED`,
     `TURNED` or 0.
     """
     n = cells.shape[0]
-    width = moves.shape[1]
     rows = np.empty(n, dtype=np.int32)
     cols = np.empty(n, dtype=np.int32)
     able = np.zeros(n, dtype=np.uint8)
@@ -312,7 +313,7 @@ def resolve(
             able[i] |= 2
         k = wish[i]
         # A wish for a move that does not exist is a wish to stay.
-        if k >= 0 and moves[rows[i], cols[i]] & (1 << k) == 0:
+        if k >= 0 and ways[i] & (1 << k) == 0:
             k = STAY
         wanted[i] = k
     # Those who want to move in the order that holds now, then the idle. Staying is always left to
@@ -329,7 +330,7 @@ def resolve(
                 cols,
                 wanted,
                 able,
-                moves,
+                ways,
                 heading,
                 turning,
                 gap,
