@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -13,6 +14,17 @@ import pytest
 import conav
 from conav.cli.interrupts import EndAfterStep, Interrupted
 from conav.exploration.verify import verify_exploration
+
+
+@pytest.fixture(autouse=True)
+def _heard_interrupts() -> Iterator[None]:
+    """Interrupts as in a terminal: started in the background of a script, tests find them ignored,
+    and so would the processes they start.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
 
 LONG = [
     "explore",
