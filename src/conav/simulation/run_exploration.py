@@ -22,7 +22,7 @@ from conav.simulation.world_state import WorldState, new_world
 from conav.status import Status
 
 FORMAT = 1
-POSE_EVERY_S = 1.0  # [s] simulated, between two poses on the ROS topics
+POSE_EVERY_S = 2.0  # [s] simulated, between two poses on the ROS topics
 MAP_SHARES = 10  # keyframes of the team's map on the ROS topics
 STILL_STEPS = 4096  # steps without a move after which a run is stuck
 
