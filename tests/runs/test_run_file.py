@@ -13,11 +13,11 @@ import conav
 from conav.errors import InputError
 from conav.runs.encode import encode_step
 from conav.runs.reader import read_run, repair_run
-from conav.runs.schemas import STEP, typestore
+from conav.runs.schemas import FORMAT, STEP, typestore
 from conav.runs.types import OCCUPIED_BIT, StepRecord
 from conav.runs.writer import RunWriter
 
-HEADER = {"format": 1, "job": "explore", "note": "größer"}
+HEADER = {"format": FORMAT, "job": "explore", "note": "größer"}
 WORLD = np.array([[0, 1, 2], [2, 0, 0]], dtype=np.uint8)
 
 
@@ -148,7 +148,7 @@ def test_a_file_without_a_result_is_read(tmp_path: Path) -> None:
 def test_another_format_is_refused(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(HEADER, "format", 99)
     write(tmp_path / "run.mcap", [], None)
-    with pytest.raises(InputError, match="is of format 99; this conav reads 1; use the conav that"):
+    with pytest.raises(InputError, match="is of format 99; this conav reads 2; use the conav that"):
         read_run(tmp_path / "run.mcap")
 
 

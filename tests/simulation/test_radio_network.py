@@ -123,7 +123,7 @@ class Flood:
             for j in range(n)
             if i != j
             and all(
-                reach is None or np.hypot(*np.subtract(places[i], places[j])) <= reach + 1e-9
+                reach is None or 0 < reach >= np.hypot(*np.subtract(places[i], places[j])) - 1e-9
                 for reach in (reaches[i], reaches[j])
             )
         }

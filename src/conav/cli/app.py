@@ -6,6 +6,7 @@ from conav import __version__
 from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.repair import repair
+from conav.cli.reproduce import reproduce
 from conav.cli.verify import verify
 
 app = App(
@@ -18,3 +19,4 @@ app.command(explore)
 app.command(maps)
 app.command(verify)
 app.command(repair)
+app.command(reproduce)

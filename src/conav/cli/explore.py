@@ -25,7 +25,8 @@ def explore(
     resolution: float | None = None,
     motion: str = "8-connected",
     sensor: str = "range",
-    radio: str = "perfect",
+    radio: str | None = None,
+    traffic: str = "pibt",
     starts: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     outside: Annotated[bool, Parameter(negative="")] = False,
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
@@ -66,7 +67,11 @@ def explore(
     sensor
         range (360 degrees, walls block sight) or disc (sees through walls).
     radio
-        perfect, or a range [m] within which robots hear each other.
+        perfect, off, or a range [m] within which robots hear each other. Default: perfect, unless
+        the strategy is made for another one.
+    traffic
+        pibt (one rule keeps robots apart) or none (they pass through each other, as in papers
+        without such a rule).
     starts
         Where robots start, metres in the map frame: "x,y x,y ...". Default: together at a random
         place.
@@ -133,12 +138,13 @@ def explore(
                 resolution=resolution,
                 motion=motion,
                 sensor=sensor,
-                radio=radio,
+                traffic=traffic,
                 starts=points,
                 outside=outside,
                 outside_folder=outside_folder,
                 seed=seed,
                 max_time_s=max_time,
+                radio=radio,
             )
         for warning in done.warnings if not quiet else ():
             print(f"conav: warning: {warning}", file=sys.stderr)

@@ -11,6 +11,13 @@ from conav.exploration.types import Strategy
 
 STRATEGIES: dict[str, str] = {
     "nearest": "conav.exploration.nearest:Nearest",
+    "potential-1": "conav.exploration.potential_1:Potential1",
+    "potential": "conav.exploration.potential:Potential",
+    "potential-improved": "conav.exploration.potential_improved:PotentialImproved",
+    "better-response": "conav.exploration.better_response:BetterResponse",
+    "marginal-contribution": "conav.exploration.marginal_contribution:MarginalContribution",
+    "uncoordinated": "conav.exploration.uncoordinated:Uncoordinated",
+    "uncoordinated-alone": "conav.exploration.uncoordinated_alone:UncoordinatedAlone",
 }
 """Strategy name -> "module:class"; nothing is imported before it is asked for."""
 
@@ -49,6 +56,12 @@ def make_strategy(name: str, settings: Mapping[str, object] | None = None) -> St
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
+        if not key:  # settings that do not go together, or a check of the class's own
+            raise InputError(
+                f"settings of strategy {name}",
+                first["msg"].removeprefix("Value error, "),
+                f"see docs/strategies/{name}.md for their values",
+            ) from None
         raise InputError(
             f"setting {key!r} of strategy {name}",
             f"got {first['input']!r}: {first['msg']}",

@@ -14,6 +14,10 @@ from conav.maps.planning_grid import Lattice, PlanningGrid
 from conav.messages.message import Message
 from conav.robots.robot import Robot
 
+TRAFFIC = ("pibt", "none")
+"""What happens where robots meet: one shared rule that keeps them apart, or, as in papers without
+such a rule, nothing at all: they pass through each other."""
+
 
 @dataclass(frozen=True, eq=False)
 class ExplorationProblem:
@@ -28,8 +32,11 @@ class ExplorationProblem:
     starts: tuple[int, ...]  # planning cell of each robot, flat index
     seed: int
     max_time_s: float  # [s] simulated
+    traffic: str = "pibt"  # the rule where robots meet, of `TRAFFIC`
 
     def __post_init__(self) -> None:
+        if self.traffic not in TRAFFIC:
+            raise ValueError(f"traffic {self.traffic!r} is none of {', '.join(TRAFFIC)}")
         if not self.robots or len(self.starts) != len(self.robots):
             raise ValueError(f"{len(self.robots)} robots need as many starts, one at least")
         for robot, cell in zip(self.robots, self.starts, strict=True):

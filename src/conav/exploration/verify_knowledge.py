@@ -189,7 +189,8 @@ def _links(step: StepRecord, world: World) -> NDArray[np.bool_]:
     place = world.places(step.cells)
     square = ((place[:, None] - place[None, :]) ** 2).sum(axis=2)
     reach = np.array([np.inf if limit is None else limit for limit in world.radio])
-    linked = square <= np.minimum(reach[:, None], reach[None, :]) ** 2
+    reach = np.minimum(reach[:, None], reach[None, :])
+    linked = (square <= reach**2) & (reach > 0)
     np.fill_diagonal(linked, False)
     return linked
 

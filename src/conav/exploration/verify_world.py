@@ -47,6 +47,7 @@ class World(NamedTuple):
     diagonal: list[bool]
     turning: list[bool]
     radio: list[float | None]  # (n,) [planning cells]
+    apart: bool  # whether robots must not touch
     starts: NDArray[np.int64]
     step_s: float
     cell_m: float
@@ -107,6 +108,8 @@ def _world(run: Run, header: dict[str, Any]) -> World:
     if rows < 1 or cols < 1 or rows * cols > MAX_CELLS:
         raise ValueError(f"{rows} x {cols} planning cells")
 
+    if header["traffic"] not in ("pibt", "none"):
+        raise ValueError(f"traffic {header['traffic']!r}")
     radii_m = [_number(robot["radius_m"]) for robot in robots]
     speeds = [_number(robot["speed_mps"], above=0.0) for robot in robots]
     ranges = [_number(robot["sensor"]["range_m"]) for robot in robots]
@@ -135,6 +138,7 @@ def _world(run: Run, header: dict[str, Any]) -> World:
         radio=[
             None if limit is None else min(_number(limit) / cell_m, rows + cols) for limit in limits
         ],
+        apart=header["traffic"] != "none",
         starts=np.array(starts, dtype=np.int64),
         step_s=step_s,
         cell_m=cell_m,

@@ -42,7 +42,7 @@ EVENT_TOPICS = (HEADER_TOPIC, WORLD_TOPIC, STEP_TOPIC, RESULT_TOPIC)
 
 TIMING = "conav_timing"
 """The metadata record with wall times and versions, which are no part of a run's digest."""
-FORMAT = 1
+FORMAT = 2
 """The number of this format in a run's header."""
 
 

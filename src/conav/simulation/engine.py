@@ -11,6 +11,7 @@ from conav.exploration.belief import new_scratch
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.messages.message import Message
+from conav.simulation.no_traffic import pass_through
 from conav.simulation.radio_network import MAX_ROUNDS, Told, exchange, links
 from conav.simulation.sensing import Looker, look
 from conav.simulation.traffic import resolve
@@ -78,20 +79,13 @@ class Engine:
         for robot, action in enumerate(actions):
             self.wish[robot] = action[0]
             self.ways[robot] = state.beliefs[robot].moves.item(state.cells.item(robot))
-        moved = resolve(
-            state.step,
-            state.cells,
-            self.wish,
-            self.ways,
-            state.problem.plan.lattice.cols,
-            state.headings,
-            self.turning,
-            self.gap,
-            self.rate,
-            state.credit,
-            state.travelled,
-            self.outcome,
-        )
+        cols = state.problem.plan.lattice.cols
+        where = (state.cells, self.wish, self.ways, cols, state.headings, self.turning)
+        travel = (self.rate, state.credit, state.travelled, self.outcome)
+        if state.problem.traffic == "none":
+            moved = pass_through(*where, *travel)
+        else:
+            moved = resolve(state.step, *where, self.gap, *travel)
         np.equal(self.outcome, 1, out=state.must_look)
         state.step += 1
         return moved

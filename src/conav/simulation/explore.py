@@ -1,7 +1,7 @@
 """From a map's name or file to a finished exploration, in one call."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import Any
 from conav.errors import InputError
 from conav.exploration.catalogue import DEFAULT_STRATEGY, make_strategy
 from conav.exploration.metrics import ExplorationMetrics
-from conav.exploration.types import ExplorationProblem, Strategy
+from conav.exploration.types import TRAFFIC, ExplorationProblem, Strategy
 from conav.maps.builtin.catalogue import BUILTIN, builtin_map
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.planning_grid import default_start_area, planning_grid
@@ -118,6 +118,7 @@ def exploration_problem(
     motion: str = "8-connected",
     sensor: str = "range",
     radio: str | float = "perfect",
+    traffic: str = "pibt",
     starts: Sequence[tuple[float, float]] | None = None,
     outside: bool = False,
     outside_folder: bool = False,
@@ -126,11 +127,12 @@ def exploration_problem(
 ) -> tuple[ExplorationProblem, tuple[str, ...]]:
     """The problem of a team of equal robots on a map, and what was odd about it.
 
-    Lengths in metres, `radio` "perfect" or a range; the other parameters are those of
+    Lengths in metres, `radio` "perfect", "off" or a range; the other parameters are those of
     `conav explore`. Raises `InputError` for anything that does not fit.
     """
     _one_of("motion", motion, MOTIONS)
     _one_of("sensor", sensor, SENSORS)
+    _one_of("traffic", traffic, TRAFFIC)
     _number("robots", robots, 1, MAX_ROBOTS)
     _number("range", range_m, 0, 1e6)
     _number("radius", radius_m, 0, 1e6)
@@ -152,13 +154,19 @@ def exploration_problem(
         for number in range(robots)
     )
     warnings = list(grid.warnings)
+    if range_m < plan.lattice.cell_m:
+        warnings.append(
+            f"a sensor range of {range_m:g} m is less than a planning cell of "
+            f"{plan.lattice.cell_m:g} m: robots may not see where they could go"
+        )
     if starts is not None:
-        cells = starts_at(plan, starts, team)
+        cells = starts_at(plan, starts, team, apart=traffic != "none")
     else:
         area = default_start_area(plan, outside=outside)
         warnings.extend(area.warnings)
         cells = start_together(plan, area, team, generator_for(seed, "starts"))
-    return ExplorationProblem(plan, team, cells, seed, float(max_time_s)), tuple(warnings)
+    made = ExplorationProblem(plan, team, cells, seed, float(max_time_s), traffic)
+    return made, tuple(warnings)
 
 
 def explore(
@@ -174,12 +182,22 @@ def explore(
 
     `map` is a built-in name, a file or an `OccupancyGrid`; `strategy` a name of the catalogue, with
     `settings`, or an object of your own; `out` the run file to write. The other parameters are
-    those of `exploration_problem`. Raises `InputError` for bad input.
+    those of `exploration_problem`. A strategy made for one radio (it has an attribute `radio`) gets
+    that one. Raises `InputError` for bad input.
     """
     if isinstance(strategy, str):
         name, mind = strategy, make_strategy(strategy, settings)
     else:
         name, mind = type(strategy).__name__, strategy
+    made_for = getattr(mind, "radio", None)
+    if problem.get("radio") is None:
+        problem["radio"] = made_for or "perfect"
+    elif made_for is not None and _radio(problem["radio"]) != _radio(made_for):
+        raise InputError(
+            f"radio {problem['radio']!r}",
+            f"does not go with strategy {name}, which is made for radio {made_for}",
+            "leave the radio out, or use another strategy",
+        )
     given, warnings = exploration_problem(map, **problem)
     if out is None:
         result = run_exploration(given, mind, name=name, progress=progress)
@@ -190,19 +208,21 @@ def explore(
 
 
 def _radio(value: str | float) -> Any:
-    if value == "perfect":
-        return make_radio("perfect")
+    if value in ("perfect", "off"):
+        return make_radio(str(value))
     try:
         range_m = float(value)
     except ValueError:
         raise InputError(
-            f"radio {value!r}", "is neither perfect nor a range", 'give "perfect" or metres'
+            f"radio {value!r}",
+            "is neither perfect, off nor a range",
+            'give "perfect", "off" or metres',
         ) from None
     _number("radio", range_m, 0, 1e6)
     return make_radio("limited", range_m)
 
 
-def _one_of(what: str, value: str, known: Mapping[str, object]) -> None:
+def _one_of(what: str, value: str, known: Collection[str]) -> None:
     if value not in known:
         raise InputError(f"{what} {value!r}", "is not known", "use one of: " + ", ".join(known))
 

@@ -46,7 +46,7 @@ def links(state: WorldState) -> NDArray[np.bool_]:
     for i, robot in enumerate(state.problem.robots):
         if robot.radio.range_m is not None:
             limit = robot.radio.range_m / lattice.cell_m
-            heard[i] &= square[i] <= limit * limit
+            heard[i] &= (square[i] <= limit * limit) & (limit > 0)
     heard &= heard.T
     np.fill_diagonal(heard, False)
     return heard

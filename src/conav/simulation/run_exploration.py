@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from conav.exploration.metrics import ExplorationMetrics, exploration_metrics
 from conav.exploration.types import ExplorationProblem, Strategy
 from conav.maps.occupancy_grid import UNKNOWN
+from conav.runs.schemas import FORMAT
 from conav.runs.types import OCCUPIED_BIT, StepRecord
 from conav.runs.writer import RunWriter
 from conav.simulation.engine import StepEvents, engine_for
@@ -21,7 +22,6 @@ from conav.simulation.observable import observable_cells
 from conav.simulation.world_state import WorldState, new_world
 from conav.status import Status
 
-FORMAT = 1
 POSE_EVERY_S = 2.0  # [s] simulated, between two poses on the ROS topics
 MAP_SHARES = 10  # keyframes of the team's map on the ROS topics
 STILL_STEPS = 4096  # steps without a move after which a run is stuck
@@ -157,6 +157,7 @@ def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[
         "starts": [int(cell) for cell in problem.starts],
         "seed": problem.seed,
         "max_time_s": problem.max_time_s,
+        "traffic": problem.traffic,
         "step_s": problem.step_s,
         "strategy": name,
         "settings": _plain(strategy) if is_dataclass(strategy) else {},

@@ -38,11 +38,16 @@ def start_together(
 
 
 def starts_at(
-    plan: PlanningGrid, points: Sequence[tuple[float, float]], robots: Sequence[Robot]
+    plan: PlanningGrid,
+    points: Sequence[tuple[float, float]],
+    robots: Sequence[Robot],
+    *,
+    apart: bool = True,
 ) -> tuple[int, ...]:
     """The planning cells around points given in the map frame [m], one per robot.
 
-    Raises `InputError` for a point off the map, in a wall or too near another robot.
+    Without `apart` robots may stand on one another. Raises `InputError` for a point off the map, in
+    a wall or too near another robot.
     """
     if len(points) != len(robots):
         raise InputError(
@@ -72,7 +77,7 @@ def starts_at(
                 f"is in a wall or too near one for a robot of radius {plan.radius_m:g} m",
                 f"the nearest place that fits is {wx:.2f},{wy:.2f}",
             )
-        if _too_near(cell, starts, robots, plan):
+        if apart and _too_near(cell, starts, robots, plan):
             raise InputError(place, "is too near another robot", "move it further away")
         starts.append(int(cell))
     return tuple(starts)

@@ -273,6 +273,78 @@ def _decide(
 
 
 @kernel
+def able_and_wanted(
+    wish: NDArray[np.int8],
+    ways: NDArray[np.uint8],
+    rate: NDArray[np.float64],
+    credit: NDArray[np.float64],
+    able: NDArray[np.uint8],
+    wanted: NDArray[np.int8],
+) -> None:
+    """Let every robot earn its travel; fill what it can afford and which move it wants.
+
+    `able` gets bit 0 for a straight move and bit 1 for a diagonal. A wish for a move that does not
+    exist is a wish to stay.
+    """
+    for i in range(wish.shape[0]):
+        credit[i] += rate[i]
+        able[i] = 0
+        if credit[i] >= 1.0 - 1e-9:
+            able[i] |= 1
+        if credit[i] >= SQRT2 - 1e-9:
+            able[i] |= 2
+        k = wish[i]
+        wanted[i] = k if k >= 0 and ways[i] & (1 << k) else STAY
+
+
+@kernel
+def carry_out(
+    chosen: NDArray[np.int8],
+    turn_to: NDArray[np.int8],
+    wanted: NDArray[np.int8],
+    able: NDArray[np.uint8],
+    width: int,
+    rate: NDArray[np.float64],
+    turning: NDArray[np.uint8],
+    cells: NDArray[np.int32],
+    heading: NDArray[np.int8],
+    credit: NDArray[np.float64],
+    travelled: NDArray[np.float64],
+    outcome: NDArray[np.uint8],
+) -> int:
+    """The number of robots that moved; makes the chosen moves and turns."""
+    n = cells.shape[0]
+    moved = 0
+    for i in range(n):
+        outcome[i] = 0
+        k = chosen[i]
+        if k >= 0:
+            cells[i] += DROW[k] * width + DCOL[k]
+            length = SQRT2 if k >= 4 else 1.0
+            credit[i] = max(credit[i] - length, 0.0)
+            travelled[i] += length
+            outcome[i] = MOVED
+            moved += 1
+            if k < 4:
+                heading[i] = k
+            continue
+        if turning[i] == 1:
+            face = turn_to[i]
+            if face < 0 and wanted[i] >= 0 and wanted[i] < 4:
+                face = wanted[i]
+            if face >= 0 and face != heading[i]:
+                heading[i] = face
+                outcome[i] = TURNED
+                credit[i] = 0.0
+                continue
+        if wanted[i] < 0 or (able[i] >> (1 if wanted[i] >= 4 else 0)) & 1 == 1:
+            # Standing, it keeps what a slow robot lacks for a straight move, so that it can be
+            # pushed; one that waits for its move's time to pass keeps all.
+            credit[i] = min(credit[i], 1.0 - rate[i])
+    return moved
+
+
+@kernel
 def resolve(
     step: int,
     cells: NDArray[np.int32],
@@ -303,19 +375,10 @@ def resolve(
     decided = np.zeros(n, dtype=np.uint8)
     turn_to = np.full(n, STAY, dtype=np.int8)
     wanted = np.empty(n, dtype=np.int8)
+    able_and_wanted(wish, ways, rate, credit, able, wanted)
     for i in range(n):
         rows[i] = cells[i] // width
         cols[i] = cells[i] % width
-        credit[i] += rate[i]
-        if credit[i] >= 1.0 - 1e-9:
-            able[i] |= 1
-        if credit[i] >= SQRT2 - 1e-9:
-            able[i] |= 2
-        k = wish[i]
-        # A wish for a move that does not exist is a wish to stay.
-        if k >= 0 and ways[i] & (1 << k) == 0:
-            k = STAY
-        wanted[i] = k
     # Those who want to move in the order that holds now, then the idle. Staying is always left to
     # each: whatever was decided so far leaves room for everybody standing.
     order = order_of(step)
@@ -338,31 +401,17 @@ def resolve(
                 decided,
                 turn_to,
             )
-    moved = 0
-    for i in range(n):
-        outcome[i] = 0
-        k = chosen[i]
-        if k >= 0:
-            cells[i] += DROW[k] * width + DCOL[k]
-            length = SQRT2 if k >= 4 else 1.0
-            credit[i] = max(credit[i] - length, 0.0)
-            travelled[i] += length
-            outcome[i] = MOVED
-            moved += 1
-            if k < 4:
-                heading[i] = k
-            continue
-        if turning[i] == 1:
-            face = turn_to[i]
-            if face < 0 and wanted[i] >= 0 and wanted[i] < 4:
-                face = wanted[i]
-            if face >= 0 and face != heading[i]:
-                heading[i] = face
-                outcome[i] = TURNED
-                credit[i] = 0.0
-                continue
-        if wanted[i] < 0 or (able[i] >> (1 if wanted[i] >= 4 else 0)) & 1 == 1:
-            # Standing, it keeps what a slow robot lacks for a straight move, so that it can be
-            # pushed; one that waits for its move's time to pass keeps all.
-            credit[i] = min(credit[i], 1.0 - rate[i])
-    return moved
+    return carry_out(
+        chosen,
+        turn_to,
+        wanted,
+        able,
+        width,
+        rate,
+        turning,
+        cells,
+        heading,
+        credit,
+        travelled,
+        outcome,
+    )

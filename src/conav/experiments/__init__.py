@@ -1,0 +1,1 @@
+"""Studies: sweeps, comparisons and reproductions of published results."""

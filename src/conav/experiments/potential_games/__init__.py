@@ -1,0 +1,1 @@
+"""The reproduction of [Philip2014], claim by claim."""

@@ -1,0 +1,1 @@
+"""Games in normal form: definitions, checks, and exact answers for small games."""
