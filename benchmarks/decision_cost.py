@@ -1,9 +1,9 @@
 """What one decision of the potential game costs, beside frontier detection: [Philip2014] 3.1.
 
-    python benchmarks/decision_cost.py            # about five minutes, 0.5 GiB
+    python benchmarks/decision_cost.py            # about four minutes, 0.5 GiB
     python benchmarks/decision_cost.py --quick    # smaller maps, half a minute
 
-Counters are exact. Times are the best of many repetitions, the first one left out. `strategy` is
+Counters are exact. Times are the best of many repetitions. `strategy` is
 the whole call of `sequence_gains` from Python, the median over decisions, and `squares` that less
 the same call with all sequences blocked; `packed`, `kept` and `lowered` are compiled loops.
 """
@@ -11,15 +11,9 @@ the same call with all sequences blocked; `packed`, `kept` and `lowered` are com
 import argparse
 import sys
 
-from conav.experiments.decision_cost import (
-    AREAS,
-    DecisionCost,
-    Detection,
-    cost_by_map_size,
-    cost_by_range,
-    detection_by_area,
-    fit_power,
-)
+from conav.experiments.decision_cost import DecisionCost, cost_by_map_size, cost_by_range
+from conav.experiments.detection_cost import AREAS, Detection, detection_by_area
+from conav.experiments.timing import fit_power
 
 
 def tell(text: str) -> None:

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conav.experiments.decision_cost import (
-    AREAS,
     Knowledge,
     _lower,
     by_kept_numbers,
@@ -17,14 +16,12 @@ from conav.experiments.decision_cost import (
     cost_by_map_size,
     cost_by_range,
     decision_cost,
-    detection,
-    detection_by_area,
-    explored_area,
-    fit_power,
     knowledge,
     packed_gains,
     packed_rows,
 )
+from conav.experiments.detection_cost import AREAS, detection, detection_by_area, explored_area
+from conav.experiments.timing import fit_power
 from conav.exploration.turn_sequences import BLOCKED
 from conav.geometry.directions import DCOL, DROW
 from conav.geometry.sight import lateral_limits

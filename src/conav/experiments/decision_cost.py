@@ -1,4 +1,4 @@
-"""What a decision of Algorithm 2 costs, beside frontier detection: [Philip2014] section 3.1.
+"""What a decision of Algorithm 2 costs, [Philip2014] section 3.1.
 
 Three ways to the same four numbers, the gains of `sequence_gains`:
 - squares: every point of the five squares of (16) is looked at, as strategies do;
@@ -8,22 +8,20 @@ Three ways to the same four numbers, the gains of `sequence_gains`:
   games in bulk do. A decision reads five of these and the crescent its second step adds; the price
   is paid when a point is discovered, which lowers the numbers of a disc.
 
-Beside them the cost of reaching all explored cells by deterministic value iteration, as frontier
-detection after Burgard et al. needs it; by one Dijkstra search; and a scan for frontier cells.
-
 Counters are exact and equal on every machine. Times are wall times of warm calls, the best of those
 that fit into some time, and say little more than their order of magnitude.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 from types import SimpleNamespace
-from typing import NamedTuple, TypeVar, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.experiments.timing import Progress, timed
 from conav.exploration.belief import Belief
 from conav.exploration.turn_sequences import (
     BLOCKED,
@@ -32,18 +30,8 @@ from conav.exploration.turn_sequences import (
     sequence_gains,
 )
 from conav.exploration.types import TeamView
-from conav.geometry.clearance import free_moves
 from conav.geometry.directions import DCOL, DROW, STRAIGHT
-from conav.geometry.grid_search import search, search_space
 from conav.geometry.sight import lateral_limits
-from conav.geometry.value_iteration import (
-    Sweeps,
-    raster_order,
-    there_and_back,
-    value_iteration,
-)
-from conav.maps.builtin.maze import maze
-from conav.maps.builtin.office import office
 from conav.maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from conav.maps.planning_grid import Lattice
 from conav.robots.motion import MOTIONS
@@ -51,15 +39,8 @@ from conav.robots.robot import Robot
 from conav.robots.sensor import Sensor
 from conav.simulation.bulk_potential import DiscShape, disc_shape
 
-T = TypeVar("T")
-Progress = Callable[[str], None]
-
 RANGES = (1, 2, 4, 8, 16, 32, 64)
 SIDES = (64, 256, 1024, 4096)
-AREAS = ("open", "blocks", "office", "maze", "winding")
-"""Explored areas: empty; with a few rectangles; the built-in office and maze, of more rooms and
-corridors the larger they are; one corridor, a cell wide, that fills the map row by row."""
-
 _LEAP = 5  # points between a robot's decisions
 _ALL_ONES = np.uint64(2**64 - 1)
 _EVERY_2ND = np.uint64(0x5555555555555555)
@@ -93,24 +74,6 @@ class DecisionCost(NamedTuple):
         return (other_us - self.kept_us) / self.lowered_us
 
 
-class Detection(NamedTuple):
-    """What one frontier detection costs in one explored area."""
-
-    area: str
-    side: int
-    explored: int  # cells
-    sweeps: int  # value iteration, always in raster order
-    touched: int  # cells, over all sweeps
-    value_iteration_ms: float
-    back_sweeps: int  # the same in raster order and backwards in turn
-    back_touched: int
-    back_ms: float
-    searched: int  # cells settled by a Dijkstra search
-    search_ms: float
-    frontier: int  # cells found by looking at the neighbours of every explored cell
-    scan_ms: float
-
-
 class Knowledge(NamedTuple):
     """A half known map without obstacles in the forms the three ways read, and decisions on it."""
 
@@ -131,16 +94,6 @@ class Counted(NamedTuple):
     looked: NDArray[np.int64]  # (decisions,) points, words or numbers looked at
     us: float  # time of one decision [us]
     idle_us: float = 0.0  # the part of it that is not looking at anything
-
-
-class Fit(NamedTuple):
-    """y = constant * x^exponent."""
-
-    exponent: float
-    constant: float
-
-
-# --- decisions --------------------------------------------------------------------------------
 
 
 def cost_by_range(
@@ -334,7 +287,7 @@ def by_packed_rows(known: Knowledge, budget_s: float = 0.0) -> Counted:
     """The decisions by masked words of bits, in one compiled loop."""
     gains = np.empty((len(known.places), 4), dtype=np.int64)
     looked = np.empty(len(known.places), dtype=np.int64)
-    _, seconds = _timed(
+    _, seconds = timed(
         lambda: _by_packed_rows(
             known.words, known.cells, known.places, known.limits, gains, looked
         ),
@@ -348,7 +301,7 @@ def by_kept_numbers(known: Knowledge, budget_s: float = 0.0) -> Counted:
     gains = np.empty((len(known.places), 4), dtype=np.int64)
     looked = np.empty(len(known.places), dtype=np.int64)
     pad, width, _, crescent = known.shape
-    _, seconds = _timed(
+    _, seconds = timed(
         lambda: _by_kept_numbers(
             known.unknown, known.left, known.places, pad, width, crescent, gains, looked
         ),
@@ -362,26 +315,8 @@ def _lowered_us(known: Knowledge, budget_s: float) -> float:
     pad, width, disc, _ = known.shape
     points = ((known.places[:, 0] + pad) * width + known.places[:, 1] + pad).astype(np.uint64)
     left = known.left.copy()
-    _, seconds = _timed(lambda: _lower(left, points, disc), budget_s)
+    _, seconds = timed(lambda: _lower(left, points, disc), budget_s)
     return seconds / len(points) * 1e6
-
-
-def _timed(call: Callable[[], T], budget_s: float) -> tuple[T, float]:
-    """What a call returns and its shortest wall time [s] among as many as fit into that time.
-
-    The shortest, because whatever else the machine does only ever adds to it. One call goes before
-    them, which compiles and fills caches.
-    """
-    result = call()
-    best = np.inf
-    until = perf_counter() + budget_s
-    while True:
-        start = perf_counter()
-        call()
-        end = perf_counter()
-        best = min(best, end - start)
-        if end >= until:
-            return result, best
 
 
 @kernel
@@ -535,140 +470,3 @@ def _lower(left: NDArray[np.int32], points: NDArray[np.uint64], disc: NDArray[np
     for i in range(points.shape[0]):
         for j in range(disc.shape[0]):
             left[points[i] + disc[j]] -= 1
-
-
-# --- frontier detection -----------------------------------------------------------------------
-
-
-class Area(NamedTuple):
-    """An explored area and where a robot stands in it."""
-
-    cells: NDArray[np.uint8]  # (side, side) FREE and OCCUPIED, UNKNOWN around
-    moves: NDArray[np.uint8]  # (side, side)
-    start: int
-
-
-def explored_area(name: str, side: int, seed: int = 1) -> Area:
-    """The explored area of that name (`AREAS`) in a map of side * side cells.
-
-    The robot stands in its middle, or at the lower end of the winding corridor. Where the area has
-    no walls of its own it ends at the unknown, one cell from the border.
-    """
-    cells = np.full((side, side), FREE, dtype=np.uint8)
-    rng = np.random.default_rng(seed)
-    if name == "blocks":
-        for low, left, high, right in _BLOCKS:
-            span = [round(side * part / 16) for part in (low, high, left, right)]
-            cells[span[0] : span[1], span[2] : span[3]] = OCCUPIED
-    elif name in ("office", "maze"):
-        make = office if name == "office" else maze
-        cells = make(side * 0.1, side * 0.1, 0.1, rng).cells.copy()
-    elif name == "winding":
-        cells[:] = OCCUPIED
-        cells[1:-1:2, 1:-1] = FREE
-        cells[2:-2:4, -2] = FREE
-        cells[4:-2:4, 1] = FREE
-    elif name != "open":
-        raise ValueError(f"no explored area {name!r}; there are {', '.join(AREAS)}")
-    if name in ("open", "blocks"):
-        cells[[0, -1], :] = UNKNOWN
-        cells[:, [0, -1]] = UNKNOWN
-    moves = np.ascontiguousarray(free_moves(cells, side, side, 1.0, 1e-3)[:, :, 1])
-    row, col = (1, 1) if name == "winding" else _nearest_free(cells, side // 2, side // 2)
-    return Area(cells, moves, row * side + col)
-
-
-# Rectangles in sixteenths of the side: low row, left column, high row, right column.
-_BLOCKS = ((2, 2, 5, 7), (3, 10, 9, 12), (9, 3, 13, 5), (11, 8, 13, 14), (6, 5, 7, 8))
-
-
-def _nearest_free(cells: NDArray[np.uint8], row: int, col: int) -> tuple[int, int]:
-    """The free cell nearest to a place."""
-    rows, cols = np.nonzero(cells == FREE)
-    nearest = int(np.argmin((rows - row) ** 2 + (cols - col) ** 2))
-    return int(rows[nearest]), int(cols[nearest])
-
-
-def detection_by_area(
-    name: str,
-    sides: Sequence[int],
-    *,
-    budget_s: float = 1.0,
-    limit_s: float = 10.0,
-    seed: int = 1,
-    progress: Progress | None = None,
-) -> list[Detection]:
-    """A row for each size of an explored area, in the order given.
-
-    Ends after the first on which one detection by value iteration takes longer than `limit_s`:
-    fewer rows than sides say so, and so does `progress`.
-    """
-    rows: list[Detection] = []
-    for side in sides:
-        if progress is not None:
-            progress(f"frontier detection in {name}, {side} x {side} cells")
-        rows.append(detection(name, side, budget_s, seed))
-        if rows[-1].value_iteration_ms > limit_s * 1e3:
-            if progress is not None:
-                progress(f"{name} ends here: a detection took over {limit_s:g} s")
-            break
-    return rows
-
-
-def detection(name: str, side: int, budget_s: float = 1.0, seed: int = 1) -> Detection:
-    """What one frontier detection costs in an explored area of that name and size.
-
-    The list of explored cells is given to value iteration and scan, and not timed.
-    """
-    cells, moves, start = explored_area(name, side, seed)
-    order = raster_order(moves, start)
-    cost = np.empty(moves.size, dtype=np.float64)
-    space = search_space(moves.size)
-    nowhere = np.zeros_like(moves)
-
-    def iterate(orders: NDArray[np.int32]) -> tuple[Sweeps, float]:
-        return _timed(lambda: value_iteration(moves, start, cost, orders), budget_s)
-
-    work, work_s = iterate(order)
-    back, back_s = iterate(there_and_back(order))
-    _, search_s = _timed(lambda: search(moves, start, nowhere, 255, space), budget_s)
-    frontier, scan_s = _timed(lambda: _scan(cells, order[0]), budget_s)
-    return Detection(
-        area=name,
-        side=side,
-        explored=order.shape[1],
-        sweeps=work.sweeps,
-        touched=work.touched,
-        value_iteration_ms=work_s * 1e3,
-        back_sweeps=back.sweeps,
-        back_touched=back.touched,
-        back_ms=back_s * 1e3,
-        searched=int(np.count_nonzero(space.stamp[:-1] == space.stamp[-1])),
-        search_ms=search_s * 1e3,
-        frontier=frontier,
-        scan_ms=scan_s * 1e3,
-    )
-
-
-def fit_power(x: Sequence[float], y: Sequence[float]) -> Fit:
-    """The power law through the points, which must be positive and of two x at least."""
-    slope, constant = np.polyfit(np.log(x), np.log(y), 1)
-    return Fit(float(slope), float(np.exp(constant)))
-
-
-@kernel
-def _scan(cells: NDArray[np.uint8], explored: NDArray[np.int32]) -> int:
-    """How many of the explored cells, none at the border of the map, have an unknown neighbour."""
-    cols = cells.shape[1]
-    flat = cells.reshape(-1)
-    count = 0
-    for i in range(explored.shape[0]):
-        cell = explored[i]
-        if (
-            flat[cell + 1] == UNKNOWN
-            or flat[cell - 1] == UNKNOWN
-            or flat[cell + cols] == UNKNOWN
-            or flat[cell - cols] == UNKNOWN
-        ):
-            count += 1
-    return count

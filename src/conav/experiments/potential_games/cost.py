@@ -2,16 +2,11 @@
 
 from pathlib import Path
 
-from conav.experiments.decision_cost import (
-    DecisionCost,
-    Detection,
-    cost_by_map_size,
-    cost_by_range,
-    detection_by_area,
-    fit_power,
-)
+from conav.experiments.decision_cost import DecisionCost, cost_by_map_size, cost_by_range
+from conav.experiments.detection_cost import Detection, detection_by_area
 from conav.experiments.potential_games.lab import Lab
 from conav.experiments.potential_games.report import HELD, NOT_HELD, Row, Section, number
+from conav.experiments.timing import fit_power
 from conav.pictures.plots import Series, save_points
 
 AREAS = {

@@ -1,0 +1,78 @@
+"""Decision-theoretic coordination: Burgard, Moors, Stachniss, Schneider (T-RO 2005)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.frontier_targets import Targets
+from conav.exploration.team_assignment import TeamMemory, team_step
+from conav.exploration.types import Action, TeamView
+from conav.exploration.utility_reduction import assign_by_utility
+from conav.messages.message import Message
+
+
+@dataclass
+class DecisionMemory(TeamMemory):
+    """The drive under way, and where teammates were last sent."""
+
+    sent: dict[int, int] = field(default_factory=dict[int, int])  # robot -> planning cell
+
+
+@dataclass(frozen=True)
+class DecisionTheoretic:
+    """Robots go where utility less cost is highest; a target given away makes its surroundings
+    less useful, by P(d) = 1 - d / range within the sensor's range.
+
+    Costs are path lengths in sensor ranges, so beta means the same on every map. Robots that hear
+    each other make a team of their own; the last targets of teammates that are not heard any more
+    go on making what is near them less useful (section IV of the paper).
+    """
+
+    beta: float = 1.0
+    """Weight of the cost of reaching a target against its utility."""
+
+    def __post_init__(self) -> None:
+        check_beta(self.beta)
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> DecisionMemory:
+        return DecisionMemory()
+
+    def step(
+        self,
+        memory: DecisionMemory,
+        view: TeamView,
+        inbox: Sequence[Message],
+        rng: np.random.Generator,
+    ) -> tuple[TeamMemory, Action, Sequence[Message]]:
+        def assign(
+            targets: Targets,
+            view: TeamView,
+            robots: Sequence[int],
+            positions: NDArray[np.int32],
+        ) -> NDArray[np.int64]:
+            reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
+
+            def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+                return np.maximum(1.0 - distance / reach, 0.0)
+
+            lost = [cell for robot, cell in memory.sent.items() if robot not in robots]
+            goals = assign_by_utility(
+                targets,
+                targets.costs / reach,
+                self.beta,
+                view.lattice.cols,
+                seen,
+                np.array(lost, dtype=np.int64),
+            )
+            memory.sent.update(zip(robots, goals.tolist(), strict=True))
+            return goals
+
+        return team_step(memory, view, inbox, assign)
+
+
+def check_beta(beta: float) -> None:
+    """Raise `ValueError` unless it weighs a cost."""
+    if not 0.0 <= beta < float("inf"):
+        raise ValueError(f"beta is {beta:g}; give 0 or more")

@@ -1,0 +1,162 @@
+"""Frontier-based dynamic programming: Burgard, Moors, Fox, Simmons, Thrun (ICRA 2000)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.compiled import kernel
+from conav.exploration.decision_theoretic import check_beta
+from conav.exploration.frontier_targets import Targets
+from conav.exploration.team_assignment import TeamMemory, team_step
+from conav.exploration.turn_sequences import sight_space
+from conav.exploration.types import Action, TeamView
+from conav.exploration.utility_reduction import assign_by_utility
+from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.value_iteration import raster_order, value_iteration
+from conav.maps.occupancy_grid import UNKNOWN
+from conav.messages.message import Message
+
+RINGS = 32
+"""Into so many equal parts distances up to the sensor's range are divided."""
+
+
+@dataclass
+class ViewMemory(TeamMemory):
+    """The drive under way, and how far robots have been able to see so far."""
+
+    seen: NDArray[np.int64] = field(default_factory=lambda: np.zeros(RINGS, dtype=np.int64))
+    there: NDArray[np.int64] = field(default_factory=lambda: np.zeros(RINGS, dtype=np.int64))
+
+
+@dataclass(frozen=True)
+class FrontierDP:
+    """Robots go where utility less cost is highest; a target given away makes others less useful by
+    the probability of seeing them from it.
+
+    The cost of a cell comes from value iteration over the explored cells, where every move costs
+    its length times the probability that it ends in an obstacle. Free cells have a floor for that,
+    as with 0 all costs would be 0. That robots see as far as d has the probability that they did so
+    up to now: the share of measured ranges of d or more in the paper; here, where sight is exact,
+    the share of the cells at distance d that were seen from where robots were.
+    """
+
+    beta: float = 1.0
+    """Weight of the cost of reaching a target against its utility."""
+    free: float = 0.1
+    """Probability that a cell seen as free is occupied after all."""
+    literal: bool = False
+    """Compute costs by sweeps of value iteration as the paper does, not by an equal, faster
+    search."""
+
+    def __post_init__(self) -> None:
+        check_beta(self.beta)
+        if not 0.0 < self.free <= 1.0:
+            raise ValueError(f"free is {self.free:g}; a probability above 0 is needed")
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> ViewMemory:
+        return ViewMemory()
+
+    def step(
+        self,
+        memory: ViewMemory,
+        view: TeamView,
+        inbox: Sequence[Message],
+        rng: np.random.Generator,
+    ) -> tuple[TeamMemory, Action, Sequence[Message]]:
+        def assign(
+            targets: Targets,
+            view: TeamView,
+            robots: Sequence[int],
+            positions: NDArray[np.int32],
+        ) -> NDArray[np.int64]:
+            reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
+            look_around(memory, view, positions)
+            share = np.where(memory.there > 0, memory.seen / np.maximum(memory.there, 1), 1.0)
+
+            def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+                ring = (distance / reach * RINGS).astype(np.int64)
+                return np.where(ring < RINGS, share[np.minimum(ring, RINGS - 1)], 0.0)
+
+            lengths = targets.costs
+            if self.literal:
+                lengths = iterated_costs(view, positions, targets.cells)
+            return assign_by_utility(
+                targets,
+                lengths * self.free,
+                self.beta,
+                view.lattice.cols,
+                seen,
+                np.empty(0, dtype=np.int64),
+            )
+
+        return team_step(memory, view, inbox, assign)
+
+
+def iterated_costs(
+    view: TeamView, positions: NDArray[np.int32], cells: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Path lengths [planning cells] as `targets.costs`, by value iteration."""
+    moves = view.belief.moves
+    lengths = np.full((len(positions), len(cells)), np.inf)
+    field_ = np.empty(moves.size)
+    for robot, position in enumerate(positions.tolist()):
+        order = raster_order(moves, position)
+        field_.fill(np.inf)
+        value_iteration(moves, position, field_, order)
+        lengths[robot] = field_[cells]
+    return lengths
+
+
+def look_around(memory: ViewMemory, view: TeamView, positions: NDArray[np.int32]) -> None:
+    """Count, by distance, the cells that can be seen from robots' places, and those there are."""
+    lattice = view.lattice
+    sensor = view.body.sensor
+    cells = view.belief.cells
+    space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, cells.shape)
+    for position in positions.tolist():
+        row, col = divmod(position, lattice.cols)
+        _count_rings(
+            cells,
+            int(lattice.fine_row[row]),
+            int(lattice.fine_col[col]),
+            *space,
+            memory.seen,
+            memory.there,
+        )
+
+
+@kernel
+def _count_rings(
+    cells: NDArray[np.uint8],
+    row: int,
+    col: int,
+    limits: NDArray[np.int32],
+    occlusion: bool,
+    lows: NDArray[np.float64],
+    highs: NDArray[np.float64],
+    out: NDArray[np.int32],
+    stamps: NDArray[np.int32],
+    seen: NDArray[np.int64],
+    there: NDArray[np.int64],
+) -> None:
+    cols = cells.shape[1]
+    rings = seen.shape[0]
+    reach = max(limits.shape[0] - 1, 1)
+    count = disc_cells(cells, row, col, limits, out)
+    for i in range(count):
+        r = out[i] // cols - row
+        c = out[i] % cols - col
+        there[min(int(np.sqrt(r * r + c * c) / reach * rings), rings - 1)] += 1
+    if occlusion:
+        count = visible_cells(cells, row, col, limits, lows, highs, out)
+    stamp = stamps[stamps.shape[0] - 1] + 1
+    stamps[stamps.shape[0] - 1] = stamp
+    for i in range(count):
+        cell = out[i]
+        r = cell // cols - row
+        c = cell % cols - col
+        if stamps[cell] != stamp and cells[cell // cols, cell % cols] != UNKNOWN:
+            stamps[cell] = stamp
+            seen[min(int(np.sqrt(r * r + c * c) / reach * rings), rings - 1)] += 1

@@ -1,0 +1,137 @@
+"""How a team is sent to frontiers by one of its robots: who asks, who computes, who drives.
+
+A robot whose goal is resolved or reached asks the robot of the lowest number it hears, itself
+included, for a new one. That robot assigns targets to all it hears, as every method here
+reconsiders the whole team whenever somebody needs a target, and tells them. It hears nobody lower,
+or it tells only those who asked: with a limited radio the others belong to somebody else's team. A
+robot that gets no target goes to the nearest one, and where there is none to the nearest place from
+which an unknown cell might be seen, as `nearest` does; so the team finishes whenever one robot
+alone would.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.frontier_targets import Targets, find_targets
+from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.types import Action, TeamView
+from conav.geometry.grid_search import path_to, search, search_space
+from conav.messages.message import Message
+
+
+class Assign(Protocol):
+    """A rule that gives robots targets."""
+
+    def __call__(
+        self, targets: Targets, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
+    ) -> NDArray[np.int64]:
+        """A planning cell per robot, -1 for none; `targets.costs` has a row for each of them."""
+        ...
+
+
+@dataclass(frozen=True)
+class Request:
+    """A robot asks for a target."""
+
+    @property
+    def size_bytes(self) -> int:
+        """Nothing but the header."""
+        return 0
+
+
+@dataclass(frozen=True)
+class Order:
+    """A robot is given a target."""
+
+    goal: int  # planning cell, -1 for none
+
+    @property
+    def size_bytes(self) -> int:
+        """A planning cell, 4 bytes."""
+        return 4
+
+
+@dataclass
+class TeamMemory:
+    """The drive under way, and what was said in this step."""
+
+    drive: NearestMemory = field(default_factory=NearestMemory)
+    began: int = -1  # the last step it began
+    assigned: int = -1  # the last step it computed an assignment
+    asked: int = -1  # the last step it asked for a target
+    assignments: int = 0  # how many it computed
+
+
+def team_step(
+    memory: TeamMemory, view: TeamView, inbox: Sequence[Message], assign: Assign
+) -> tuple[TeamMemory, Action, Sequence[Message]]:
+    """A step of a strategy that is nothing but a rule of assignment."""
+    said: list[Message] = []
+    asking = [message.sender for message in inbox if isinstance(message.body, Request)]
+    orders = [message.body for message in inbox if isinstance(message.body, Order)]
+    if memory.began < view.step:
+        memory.began = view.step
+        if not keeps_goal(memory.drive, view):
+            near = np.flatnonzero(view.heard_step == view.step)
+            leader = int(near.min())
+            if leader == view.robot:
+                said += _lead(memory, view, asking, assign)
+            else:
+                memory.asked = view.step
+                # Until it is told it goes where it would go alone.
+                choose_nearest(memory.drive, view)
+                said.append(Message(view.robot, leader, view.time_s, Request()))
+    elif asking and memory.assigned < view.step:
+        said += _lead(memory, view, asking, assign)
+    for order in orders:
+        _follow(memory, view, order.goal)
+    drive = memory.drive
+    if drive.goal < 0:
+        return memory, Action(finished=True), said
+    return memory, Action(int(drive.path[drive.left - 1]), drive.goal), said
+
+
+def _lead(
+    memory: TeamMemory, view: TeamView, asking: Sequence[int], assign: Assign
+) -> list[Message]:
+    """The orders to the others; takes its own."""
+    memory.assigned = view.step
+    memory.assignments += 1
+    near = np.flatnonzero(view.heard_step == view.step)
+    positions = view.heard_cell[near]
+    targets = find_targets(view, positions)
+    goals = np.full(len(near), -1, dtype=np.int64)
+    if len(targets.cells):
+        goals = assign(targets, view, near.tolist(), positions)
+    lowest = int(near.min()) == view.robot
+    said: list[Message] = []
+    for robot, goal in zip(near.tolist(), goals.tolist(), strict=True):
+        if robot == view.robot:
+            if lowest:
+                _follow(memory, view, goal)
+        elif lowest or robot in asking:
+            said.append(Message(view.robot, robot, view.time_s, Order(goal)))
+    return said
+
+
+def _follow(memory: TeamMemory, view: TeamView, goal: int) -> None:
+    """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
+    drive = memory.drive
+    if goal == drive.goal and keeps_goal(drive, view):
+        return
+    if goal >= 0:
+        space = search_space(view.belief.moves.size)
+        wanted = np.zeros_like(view.belief.marks)
+        wanted.reshape(-1)[goal] = 1
+        if goal != view.cell and search(view.belief.moves, view.cell, wanted, 1, space) == goal:
+            drive.goal = goal
+            drive.looks_for = -1
+            drive.beside = False
+            drive.here = view.cell
+            drive.path, drive.left = path_to(space, view.lattice.cols, goal)
+            return
+    choose_nearest(drive, view)
