@@ -11,6 +11,12 @@ from conav.exploration.types import Strategy
 
 STRATEGIES: dict[str, str] = {
     "nearest": "conav.exploration.nearest:Nearest",
+    "greedy": "conav.exploration.greedy:Greedy",
+    "hungarian": "conav.exploration.hungarian:Hungarian",
+    "minpos": "conav.exploration.minpos:MinPos",
+    "frontier-dp": "conav.exploration.frontier_dp:FrontierDP",
+    "decision-theoretic": "conav.exploration.decision_theoretic:DecisionTheoretic",
+    "pocket-assignment": "conav.exploration.pocket_assignment:PocketAssignment",
     "potential-1": "conav.exploration.potential_1:Potential1",
     "potential": "conav.exploration.potential:Potential",
     "potential-improved": "conav.exploration.potential_improved:PotentialImproved",

@@ -27,7 +27,8 @@ class DecisionTheoretic:
 
     Costs are path lengths in sensor ranges, so beta means the same on every map. Robots that hear
     each other make a team of their own; the last targets of teammates that are not heard any more
-    go on making what is near them less useful (section IV of the paper).
+    go on making what is near them less useful, as far as the robot that assigns had sent them there
+    itself.
     """
 
     beta: float = 1.0
@@ -57,7 +58,9 @@ class DecisionTheoretic:
             def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
                 return np.maximum(1.0 - distance / reach, 0.0)
 
-            lost = [cell for robot, cell in memory.sent.items() if robot not in robots]
+            lost = [
+                cell for robot, cell in memory.sent.items() if robot not in robots and cell >= 0
+            ]
             goals = assign_by_utility(
                 targets,
                 targets.costs / reach,
@@ -74,5 +77,5 @@ class DecisionTheoretic:
 
 def check_beta(beta: float) -> None:
     """Raise `ValueError` unless it weighs a cost."""
-    if not 0.0 <= beta < float("inf"):
-        raise ValueError(f"beta is {beta:g}; give 0 or more")
+    if not 0.0 <= beta <= 1e6:
+        raise ValueError(f"beta is {beta:g}; give 0 to 1e6")

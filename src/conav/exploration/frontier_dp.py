@@ -71,13 +71,17 @@ class FrontierDP:
             robots: Sequence[int],
             positions: NDArray[np.int32],
         ) -> NDArray[np.int64]:
-            reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
+            # No farther than the map is large, as `look_around` counts.
+            lattice = view.lattice
+            reach = view.body.sensor.range_m / lattice.resolution
+            reach = max(min(reach, sum(view.belief.cells.shape)), 1.0) / lattice.ratio
             look_around(memory, view, positions)
             share = np.where(memory.there > 0, memory.seen / np.maximum(memory.there, 1), 1.0)
 
             def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
                 ring = (distance / reach * RINGS).astype(np.int64)
-                return np.where(ring < RINGS, share[np.minimum(ring, RINGS - 1)], 0.0)
+                near = distance <= reach
+                return np.where(near, share[np.minimum(ring, RINGS - 1)], 0.0)
 
             lengths = targets.costs
             if self.literal:

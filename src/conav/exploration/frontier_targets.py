@@ -6,17 +6,16 @@ may work at two ends of it.
 """
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from conav.exploration.belief import TARGET, Belief
 from conav.exploration.types import TeamView
 from conav.geometry.grid_search import search, search_space
-
-_EIGHT = np.ones((3, 3), dtype=np.int8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,29 +46,36 @@ def find_targets(view: TeamView, positions: NDArray[np.int32]) -> Targets:
     wanted = np.asarray(belief.marks & TARGET, dtype=np.uint8)
     cells = np.flatnonzero(wanted)
     length = max(int(view.body.sensor.range_m / view.lattice.cell_m), 1)
-    piece, n_pieces = _pieces(wanted, cells, length)
+    piece, n_pieces = cut_into_pieces(wanted, cells, length)
     costs = path_costs(belief, positions, cells)
     return Targets(cells, piece, n_pieces, costs)
 
 
-def _pieces(
-    wanted: NDArray[np.uint8], cells: NDArray[np.int64], length: int
+def cut_into_pieces(
+    wanted: NDArray[Any], cells: NDArray[np.int64], length: int
 ) -> tuple[NDArray[np.int64], int]:
-    """The piece of every target, numbered from 0, and how many there are."""
+    """The piece of every target, numbered from 0, and how many there are.
+
+    `wanted` (rows, cols) is not 0 at the targets `cells`; a piece lies in a square block of that
+    `length` [planning cells].
+    """
     if len(cells) == 0:
         return cells, 0
     cols = wanted.shape[1]
     row, col = np.divmod(cells, cols)
-    # Only the part of the map that has targets is looked at.
-    top, left = row.min(), col.min()
-    part = wanted[top : row.max() + 1, left : col.max() + 1]
-    clusters = np.asarray(cast("tuple[Any, int]", label(part, structure=_EIGHT))[0])
-    cluster = clusters[row - top, col - left].astype(np.int64)
-    wide = cols // length + 1
-    block = (row // length) * wide + col // length
-    keys = cluster * (wide * (wanted.shape[0] // length + 1)) + block
-    unique, piece = np.unique(keys, return_inverse=True)
-    return piece.astype(np.int64), len(unique)
+    block = (row // length) * (cols // length + 1) + col // length
+    number = np.full((wanted.shape[0] + 2, cols + 2), -1, dtype=np.int64)
+    number[row + 1, col + 1] = np.arange(len(cells))
+    # Neighbours in the same block belong together: half of the eight directions are enough.
+    pairs: list[NDArray[np.int64]] = []
+    for down, right in ((0, 1), (1, -1), (1, 0), (1, 1)):
+        other = number[row + 1 + down, col + 1 + right]
+        joined = np.flatnonzero((other >= 0) & (block == block[other]))
+        pairs.append(np.stack([joined, other[joined]]))
+    one, two = np.concatenate(pairs, axis=1)
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(len(cells), len(cells)))
+    count, piece = connected_components(graph, directed=False)
+    return np.asarray(piece, dtype=np.int64), int(count)
 
 
 def path_costs(

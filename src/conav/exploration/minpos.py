@@ -17,8 +17,8 @@ class MinPos:
     """A robot goes to the frontier towards which the fewest others are nearer than itself.
 
     The rank of a robot towards a frontier is the number of robots strictly nearer to it; among its
-    frontiers of lowest rank it takes the nearest. So robots spread in all directions, several going
-    to one frontier only when there are fewer frontiers than robots. The paper computes this in
+    frontiers of lowest rank it takes the nearest. So robots spread in all directions; several go to
+    one frontier where each is nearest to no other. The paper computes this in
     every robot for itself from the positions it hears, with wavefronts that start at the frontiers;
     here the robot that computes does it for all, from the same distances.
     """

@@ -57,27 +57,31 @@ class Nearest:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[NearestMemory, Action, Sequence[Message]]:
-        if not self._keeps(memory, view):
-            _choose(memory, view)
+        if not keeps_goal(memory, view, self.keep_goal):
+            choose_nearest(memory, view)
         if memory.goal < 0:
             return memory, Action(finished=True), ()
         return memory, Action(int(memory.path[memory.left - 1]), memory.goal), ()
 
-    def _keeps(self, memory: NearestMemory, view: TeamView) -> bool:
-        """Whether the plan in memory still holds; advances it when its next move was made."""
-        goal = memory.goal
-        belief = view.belief
-        if goal < 0:
-            return memory.idle_since == belief.known
-        if view.cell != memory.here:
-            direction = int(memory.path[memory.left - 1])
-            if view.cell != memory.here + DROW[direction] * view.lattice.cols + DCOL[direction]:
-                return False  # pushed off the path
-            memory.here = view.cell
-            memory.left -= 1
-        if memory.left == 0 or belief.marks.item(goal) & STOOD:
-            return False
-        return self.keep_goal or _wanted(memory, belief)
+
+def keeps_goal(memory: NearestMemory, view: TeamView, to_the_end: bool = False) -> bool:
+    """Whether the plan in memory still holds; advances it when its next move was made.
+
+    With `to_the_end` it holds although its frontier has been resolved on the way.
+    """
+    goal = memory.goal
+    belief = view.belief
+    if goal < 0:
+        return memory.idle_since == belief.known
+    if view.cell != memory.here:
+        direction = int(memory.path[memory.left - 1])
+        if view.cell != memory.here + DROW[direction] * view.lattice.cols + DCOL[direction]:
+            return False  # pushed off the path
+        memory.here = view.cell
+        memory.left -= 1
+    if memory.left == 0 or belief.marks.item(goal) & STOOD:
+        return False
+    return to_the_end or _wanted(memory, belief)
 
 
 def _wanted(memory: NearestMemory, belief: Belief) -> bool:
@@ -91,7 +95,7 @@ def _wanted(memory: NearestMemory, belief: Belief) -> bool:
     return memory.beside and bool(around.any())
 
 
-def _choose(memory: NearestMemory, view: TeamView) -> None:
+def choose_nearest(memory: NearestMemory, view: TeamView) -> None:
     """Set the nearest goal and the path to it, or none."""
     belief = view.belief
     space = search_space(belief.moves.size)

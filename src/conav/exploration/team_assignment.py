@@ -48,11 +48,22 @@ class Order:
     """A robot is given a target."""
 
     goal: int  # planning cell, -1 for none
+    looks_for: int = -1  # unknown fine cell that may be seen from there, -1 where it is frontier
 
     @property
     def size_bytes(self) -> int:
-        """A planning cell, 4 bytes."""
-        return 4
+        """A planning cell, 4 bytes, and 4 more where it says what to look for."""
+        return 4 if self.looks_for < 0 else 8
+
+
+class Plan(Protocol):
+    """What a leader does: orders for all it hears."""
+
+    def __call__(
+        self, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
+    ) -> list[Order]:
+        """An order per robot."""
+        ...
 
 
 @dataclass
@@ -70,6 +81,20 @@ def team_step(
     memory: TeamMemory, view: TeamView, inbox: Sequence[Message], assign: Assign
 ) -> tuple[TeamMemory, Action, Sequence[Message]]:
     """A step of a strategy that is nothing but a rule of assignment."""
+
+    def plan(view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]) -> list[Order]:
+        targets = find_targets(view, positions)
+        if len(targets.cells) == 0:
+            return [Order(-1)] * len(robots)
+        return [Order(int(goal)) for goal in assign(targets, view, robots, positions)]
+
+    return planned_step(memory, view, inbox, plan)
+
+
+def planned_step(
+    memory: TeamMemory, view: TeamView, inbox: Sequence[Message], plan: Plan
+) -> tuple[TeamMemory, Action, Sequence[Message]]:
+    """A step of a strategy whose leaders plan for all they hear."""
     said: list[Message] = []
     asking = [message.sender for message in inbox if isinstance(message.body, Request)]
     orders = [message.body for message in inbox if isinstance(message.body, Order)]
@@ -79,48 +104,43 @@ def team_step(
             near = np.flatnonzero(view.heard_step == view.step)
             leader = int(near.min())
             if leader == view.robot:
-                said += _lead(memory, view, asking, assign)
+                said += _lead(memory, view, asking, plan)
             else:
                 memory.asked = view.step
                 # Until it is told it goes where it would go alone.
                 choose_nearest(memory.drive, view)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
     elif asking and memory.assigned < view.step:
-        said += _lead(memory, view, asking, assign)
+        said += _lead(memory, view, asking, plan)
     for order in orders:
-        _follow(memory, view, order.goal)
+        _follow(memory, view, order)
     drive = memory.drive
     if drive.goal < 0:
         return memory, Action(finished=True), said
     return memory, Action(int(drive.path[drive.left - 1]), drive.goal), said
 
 
-def _lead(
-    memory: TeamMemory, view: TeamView, asking: Sequence[int], assign: Assign
-) -> list[Message]:
+def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan) -> list[Message]:
     """The orders to the others; takes its own."""
     memory.assigned = view.step
     memory.assignments += 1
     near = np.flatnonzero(view.heard_step == view.step)
-    positions = view.heard_cell[near]
-    targets = find_targets(view, positions)
-    goals = np.full(len(near), -1, dtype=np.int64)
-    if len(targets.cells):
-        goals = assign(targets, view, near.tolist(), positions)
+    orders = plan(view, near.tolist(), view.heard_cell[near])
     lowest = int(near.min()) == view.robot
     said: list[Message] = []
-    for robot, goal in zip(near.tolist(), goals.tolist(), strict=True):
+    for robot, order in zip(near.tolist(), orders, strict=True):
         if robot == view.robot:
             if lowest:
-                _follow(memory, view, goal)
+                _follow(memory, view, order)
         elif lowest or robot in asking:
-            said.append(Message(view.robot, robot, view.time_s, Order(goal)))
+            said.append(Message(view.robot, robot, view.time_s, order))
     return said
 
 
-def _follow(memory: TeamMemory, view: TeamView, goal: int) -> None:
+def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
     """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
     drive = memory.drive
+    goal = order.goal
     if goal == drive.goal and keeps_goal(drive, view):
         return
     if goal >= 0:
@@ -129,7 +149,7 @@ def _follow(memory: TeamMemory, view: TeamView, goal: int) -> None:
         wanted.reshape(-1)[goal] = 1
         if goal != view.cell and search(view.belief.moves, view.cell, wanted, 1, space) == goal:
             drive.goal = goal
-            drive.looks_for = -1
+            drive.looks_for = order.looks_for
             drive.beside = False
             drive.here = view.cell
             drive.path, drive.left = path_to(space, view.lattice.cols, goal)

@@ -35,9 +35,11 @@ def assign_by_utility(
     row, col = np.divmod(targets.cells, cols)
     for cell in taken.tolist():
         _reduce(utility, row, col, cell // cols, cell % cols, seen)
-    left = np.asarray(np.isfinite(values).any(axis=1), dtype=np.bool_)
+    reachable = np.isfinite(values)
+    prices = beta * np.where(reachable, values, 0.0)
+    left = np.asarray(reachable.any(axis=1), dtype=np.bool_)
     while left.any():
-        worth = np.where(left[:, None], utility - beta * values, -np.inf)
+        worth = np.where(reachable & left[:, None], utility - prices, -np.inf)
         robot, target = divmod(int(np.argmax(worth)), len(targets.cells))
         goals[robot] = targets.cells[target]
         left[robot] = False

@@ -66,7 +66,7 @@ def nearest_viewpoint(
         hopeless.flags = np.zeros(belief.cells.shape, dtype=np.uint8)
     reach = min(sensor.range_m / lattice.resolution, sum(belief.cells.shape))
     limits = lateral_limits(reach)
-    hidden = _unknown_beside_frontier(belief)
+    hidden = unknown_beside_frontier(belief)
     return _nearest_viewpoint(
         belief.cells,
         hidden,
@@ -87,7 +87,7 @@ def nearest_viewpoint(
     )
 
 
-def _unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
+def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
     """Flat indices of the unknown cells with a frontier cell as straight neighbour, ascending."""
     rows, cols = belief.cells.shape
     at = np.flatnonzero(belief.frontier)

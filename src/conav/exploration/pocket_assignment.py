@@ -1,0 +1,95 @@
+"""Frontier pieces and pockets assigned by distance advantage.
+
+Two things make exploration end late. Pockets, unknown corners that cannot be stood on, are left to
+the end by frontier strategies, and then a robot has to come back for each. And robots that always
+take what is nearest leave behind what lies apart. Here pockets are tasks from the moment they are
+seen, and a task is the cheaper the farther it lies from all others, so that whoever is near does it
+on the way.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from conav.exploration.frontier_tasks import Tasks, distance_fields, find_tasks
+from conav.exploration.team_assignment import Order, TeamMemory, planned_step
+from conav.exploration.types import Action, TeamView
+from conav.messages.message import Message
+
+
+@dataclass(frozen=True)
+class PocketAssignment:
+    """Robots are assigned to pieces of frontier and pockets by path length less advantage.
+
+    The advantage of a task is its mean distance from the other tasks; the assignment is the one of
+    the least total, by scipy. A robot without a task of its own takes its cheapest.
+    """
+
+    advantage: float = 0.5
+    """Weight of a task's mean distance from the others against a robot's way to it."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.advantage < float("inf"):
+            raise ValueError(f"advantage is {self.advantage:g}; give 0 or more")
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> TeamMemory:
+        return TeamMemory()
+
+    def step(
+        self,
+        memory: TeamMemory,
+        view: TeamView,
+        inbox: Sequence[Message],
+        rng: np.random.Generator,
+    ) -> tuple[TeamMemory, Action, Sequence[Message]]:
+        return planned_step(memory, view, inbox, self._plan)
+
+    def _plan(
+        self, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
+    ) -> list[Order]:
+        tasks = find_tasks(view, positions)
+        costs = tasks.costs()
+        if self.advantage > 0 and len(tasks) > 1:
+            costs = costs - self.advantage * mean_distances(view, tasks)
+        return assign_tasks(tasks, costs)
+
+
+def mean_distances(view: TeamView, tasks: Tasks) -> NDArray[np.float64]:
+    """Each task's mean path length [planning cells] from the other tasks, (n_tasks,).
+
+    Measured from the place of the other task that is nearest to any robot; what cannot be reached
+    from there counts 0.
+    """
+    nearest = tasks.costs().argmin(axis=0)
+    places = [tasks.nearest_place(int(robot), task) for task, robot in enumerate(nearest)]
+    fields = distance_fields(view.belief, np.array(places, dtype=np.int64))
+    between = tasks.costs(fields)
+    return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
+
+
+def assign_tasks(tasks: Tasks, costs: NDArray[np.float64]) -> list[Order]:
+    """An order for each robot: the assignment of least total cost, (n_robots, n_tasks).
+
+    Costs may be negative, and are inf where a robot cannot get. Robots that are left over go to
+    their cheapest task.
+    """
+    reachable = np.isfinite(costs)
+    orders = [Order(-1)] * len(costs)
+    if not reachable.any():
+        return orders
+    # What cannot be reached costs more than any assignment of what can.
+    never = 1.0 + 2.0 * float(np.abs(costs[reachable]).max()) * (len(costs) + 1)
+    chosen = linear_sum_assignment(np.where(reachable, costs, never))
+    picks = np.full(len(costs), -1)
+    picks[chosen[0]] = chosen[1]
+    for robot, row in enumerate(reachable):
+        task = int(picks[robot])
+        if task < 0 or not row[task]:
+            if not row.any():
+                continue
+            task = int(np.argmin(np.where(row, costs[robot], np.inf)))
+        orders[robot] = Order(tasks.nearest_place(robot, task), int(tasks.looks_for[task]))
+    return orders
