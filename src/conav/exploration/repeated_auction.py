@@ -1,0 +1,416 @@
+"""Exploration by repeated auctions: Nanjanath and Gini (RAS 2010).
+
+Rules of this file:
+- Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER`. A message
+  that has no row, or does not belong to the auction at hand, changes nothing.
+- An auction is over within a step: task ended -> call -> bids -> awards, four message rounds at
+  most. A step that begins finds every robot at the head of its table.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conav.exploration.belief import TARGET
+from conav.exploration.frontier_targets import Targets, find_targets, path_costs
+from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.types import Action, TeamView
+from conav.geometry.directions import STAY
+from conav.geometry.grid_search import path_to, search, search_space
+from conav.messages.message import Message
+
+# --- what is said ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A robot tells its auctioneer that its task was completed, delayed or failed."""
+
+    @property
+    def size_bytes(self) -> int:
+        """Nothing but the header: which tasks are left is in the map both hold."""
+        return 0
+
+
+@dataclass(frozen=True)
+class Call:
+    """An auctioneer puts up tasks, in the order in which it numbers them."""
+
+    auction: int  # the step it is held in
+    tasks: tuple[int, ...]  # planning cells
+
+    @property
+    def size_bytes(self) -> int:
+        """The auction 4, and 4 per task [bytes]."""
+        return 4 + 4 * len(self.tasks)
+
+
+@dataclass(frozen=True)
+class Bids:
+    """A robot's path cost to each task from where it stands."""
+
+    auction: int
+    costs: tuple[float, ...]  # [planning cells] per task, inf where it cannot get there
+
+    @property
+    def size_bytes(self) -> int:
+        """The auction 4, and 8 per task [bytes]."""
+        return 4 + 8 * len(self.costs)
+
+
+@dataclass(frozen=True)
+class Award:
+    """What a robot has won, in the order in which it is to be done."""
+
+    auction: int
+    tasks: tuple[int, ...]
+
+    @property
+    def size_bytes(self) -> int:
+        """The auction 4, and 4 per task [bytes]."""
+        return 4 + 4 * len(self.tasks)
+
+
+NO_CALL = Call(-1, ())
+"""Before the first."""
+
+
+# --- who may do what when -------------------------------------------------------------------------
+
+
+class Bidder(Enum):
+    """A robot that has tasks done."""
+
+    AT_WORK = "at work"
+    ASKED = "asked for an auction"
+    BIDDING = "waits for an award"
+    AWARDED = "has got its award"
+
+
+class Auctioneer(Enum):
+    """A robot that holds auctions for those that hear no lower number."""
+
+    READY = "no auction in this step yet"
+    OPEN = "waits for bids"
+    CLOSED = "has awarded"
+
+
+BIDDER: dict[tuple[Bidder, type], Bidder] = {
+    (Bidder.AT_WORK, Ended): Bidder.ASKED,  # says it
+    (Bidder.AT_WORK, Call): Bidder.BIDDING,  # hears it, and answers with Bids
+    (Bidder.ASKED, Call): Bidder.BIDDING,
+    (Bidder.BIDDING, Award): Bidder.AWARDED,  # hears it, and begins with the first task
+}
+AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
+    (Auctioneer.READY, Ended): Auctioneer.OPEN,  # hears it, or its own task ended; says Call
+    (Auctioneer.OPEN, Bids): Auctioneer.CLOSED,  # hears them all at once; says Award to each
+}
+
+
+# --- the auctions ---------------------------------------------------------------------------------
+
+Between = Callable[[int], NDArray[np.float64]]
+"""The path costs (n_tasks,) from a task, by its index, to all tasks."""
+
+
+def sequential_auctions(costs: NDArray[np.float64], between: Between) -> list[tuple[int, int]]:
+    """The (task, bidder) pairs in the order of the awards.
+
+    `costs` (n_bidders, n_tasks) are those from where the bidders stand, inf where they cannot go.
+    One task after the other is sold, that with the lowest cost for anybody first, then the lower
+    index. Every bidder bids the path cost from the end of what it has won so far; the lowest bid
+    wins and counts as paid, then the lower bidder. What nobody can reach is not sold.
+    """
+    n_bidders = len(costs)
+    ends = [-1] * n_bidders  # the last task each has won
+    awards: list[tuple[int, int]] = []
+    for task in np.argsort(costs.min(axis=0), kind="stable").tolist():
+        reach = [bidder for bidder in range(n_bidders) if isfinite(costs[bidder, task])]
+        if not reach:
+            continue
+        lowest, winner = inf, -1
+        if len(reach) == 1:  # it wins, whatever it bids
+            winner = reach.pop()
+        for bidder in reach:
+            end = ends[bidder]
+            # A path from the end is at least as long as the difference of those from any bidder:
+            # most bids need not be worked out to know that they lose.
+            if end >= 0 and _at_least(costs, end, task) > lowest + 1e-9:
+                continue
+            bid = costs[bidder, task] if end < 0 else between(end)[task]
+            if bid < lowest:
+                lowest, winner = float(bid), bidder
+        awards.append((task, winner))
+        ends[winner] = task
+    return awards
+
+
+def _at_least(costs: NDArray[np.float64], one: int, other: int) -> float:
+    """A lower bound of the path cost between two tasks, by the triangle inequality."""
+    both = np.isfinite(costs[:, one]) & np.isfinite(costs[:, other])
+    return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
+
+
+def task_cells(targets: Targets) -> NDArray[np.int64]:
+    """The tasks: of every piece of frontier the cell nearest to any robot, in the pieces' order.
+
+    Ties go to the lower cell; a piece nobody can reach is no task.
+    """
+    nearest = targets.costs.min(axis=0)
+    order = np.lexsort((targets.cells, nearest, targets.piece))
+    order = order[np.searchsorted(targets.piece[order], np.arange(targets.n_pieces))]
+    return targets.cells[order[np.isfinite(nearest[order])]]
+
+
+# --- the strategy ---------------------------------------------------------------------------------
+
+
+@dataclass
+class AuctionMemory:
+    """What a robot has to do, and where it stands in the protocol."""
+
+    drive: NearestMemory = field(default_factory=NearestMemory)
+    tasks: tuple[int, ...] = ()  # won and not completed; it drives to the first
+    idle: bool = False  # others won all it could do; waits for the next auction
+    company: tuple[int, ...] = ()  # whom it heard when it became idle
+    until_s: float = 0.0  # [s] stands still until then
+    began: int = -1  # the last step it began
+    bidder: Bidder = Bidder.AT_WORK
+    answered: Call = NO_CALL  # the call it bid on last, or its own
+    costs: tuple[float, ...] = ()  # its own to the tasks of that
+    auctioneer: Auctioneer = Auctioneer.READY
+    call: Call = NO_CALL  # the call it made last
+    auctions: int = 0  # how many it held
+
+
+@dataclass(frozen=True)
+class RepeatedAuction:
+    """Frontier targets are auctioned to the robots, and again whenever a task has ended.
+
+    A task is a cell of a piece of frontier. Tasks are sold one by one in first-price reverse
+    auctions; a bid is the path cost from the end of what a robot has won already. A robot carries
+    out the first task it won. When any task is completed, delayed (the robot was pushed off its
+    path) or failed, all tasks not yet completed are put up for bids again.
+    """
+
+    auction_wait_s: float = 0.0
+    """How long the robots of an auction stand still for it [s]; 0 or more."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.auction_wait_s < inf:
+            raise ValueError(f"auction_wait_s is {self.auction_wait_s:g}; give 0 or more")
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> AuctionMemory:
+        return AuctionMemory()
+
+    def step(
+        self,
+        memory: AuctionMemory,
+        view: TeamView,
+        inbox: Sequence[Message],
+        rng: np.random.Generator,
+    ) -> tuple[AuctionMemory, Action, Sequence[Message]]:
+        said: list[Message] = []
+        if memory.began < view.step:
+            memory.began = view.step
+            memory.bidder = Bidder.AT_WORK
+            memory.auctioneer = Auctioneer.READY
+            if not _waits(memory, view) and _task_ended(memory, view):
+                said += _ask(memory, view)
+        for message in inbox:
+            body = message.body
+            if isinstance(body, Ended):
+                said += _open(memory, view)
+            elif isinstance(body, Call):
+                said += _bid(memory, view, message.sender, body)
+            elif isinstance(body, Award) and _takes(memory, view, message.sender, body):
+                self._begin(memory, view, body.tasks)
+        said += self._close(memory, view, inbox)
+        return memory, _action(memory, view), said
+
+    def _close(
+        self, memory: AuctionMemory, view: TeamView, inbox: Sequence[Message]
+    ) -> list[Message]:
+        """The awards, if bids came in; begins with its own."""
+        offers = {
+            message.sender: message.body.costs
+            for message in inbox
+            if isinstance(message.body, Bids) and _fits(message.body, memory.call)
+        }
+        following = AUCTIONEER.get((memory.auctioneer, Bids))
+        if following is None or not offers:
+            return []
+        memory.auctioneer = following
+        mine = _lowest_heard(view) == view.robot
+        if mine:
+            offers[view.robot] = memory.costs
+        bidders = sorted(offers)
+        lists = _sell(memory.call.tasks, [offers[robot] for robot in bidders], view)
+        memory.auctions += 1
+        if mine:
+            self._begin(memory, view, lists[bidders.index(view.robot)])
+        return [
+            Message(view.robot, robot, view.time_s, Award(memory.call.auction, tasks))
+            for robot, tasks in zip(bidders, lists, strict=True)
+            if robot != view.robot
+        ]
+
+    def _begin(self, memory: AuctionMemory, view: TeamView, tasks: tuple[int, ...]) -> None:
+        """Begin with what was won in an auction with others."""
+        memory.until_s = view.time_s + self.auction_wait_s
+        _begin(memory, view, tasks)
+
+
+def _task_ended(memory: AuctionMemory, view: TeamView) -> bool:
+    """Whether a robot has nothing to go on with as far as it can see."""
+    if memory.idle:
+        # Those who have the tasks will call, unless they are lost or the tasks are gone.
+        return memory.company != _heard(view) or not _any_target(view)
+    return not keeps_goal(memory.drive, view)
+
+
+def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
+    """What a robot says whose task has ended."""
+    memory.tasks = ()
+    memory.idle = False
+    # Until it is told it goes where it would go alone; without targets that is all there is to do.
+    choose_nearest(memory.drive, view)
+    if not _any_target(view):
+        return []
+    auctioneer = _lowest_heard(view)
+    if auctioneer == view.robot:
+        return _open(memory, view)
+    memory.bidder = BIDDER[memory.bidder, Ended]
+    return [Message(view.robot, auctioneer, view.time_s, Ended())]
+
+
+def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
+    """The call for bids to all it hears, if it may open an auction; alone, it takes all tasks."""
+    following = AUCTIONEER.get((memory.auctioneer, Ended))
+    if following is None or not _any_target(view):
+        return []
+    memory.auctioneer = following
+    heard = _heard(view)
+    tasks = tuple(task_cells(find_targets(view, view.heard_cell[list(heard)])).tolist())
+    memory.call = Call(view.step, tasks)
+    if _lowest_heard(view) == view.robot:
+        _set_costs(memory, view, memory.call)
+    others = [robot for robot in heard if robot != view.robot]
+    if not others:
+        memory.auctioneer = AUCTIONEER[memory.auctioneer, Bids]
+        memory.auctions += 1
+        _begin(memory, view, _sell(tasks, [memory.costs], view)[0])
+    return [Message(view.robot, other, view.time_s, memory.call) for other in others]
+
+
+def _bid(memory: AuctionMemory, view: TeamView, sender: int, call: Call) -> list[Message]:
+    """The answer to a call by its auctioneer for an auction of this step."""
+    following = BIDDER.get((memory.bidder, Call))
+    size = view.lattice.rows * view.lattice.cols
+    legal = sender == _lowest_heard(view) != view.robot and call.auction == view.step
+    if following is None or not legal or not all(0 <= task < size for task in call.tasks):
+        return []
+    memory.bidder = following
+    _set_costs(memory, view, call)
+    return [Message(view.robot, sender, view.time_s, Bids(call.auction, memory.costs))]
+
+
+def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
+    tasks = np.array(call.tasks, dtype=np.int64)
+    here = np.array([view.cell], dtype=np.int32)
+    memory.answered = call
+    memory.costs = tuple(path_costs(view.belief, here, tasks)[0].tolist())
+
+
+def _takes(memory: AuctionMemory, view: TeamView, sender: int, award: Award) -> bool:
+    """Whether an award answers this robot's bids; takes note of it."""
+    following = BIDDER.get((memory.bidder, Award))
+    legal = sender == _lowest_heard(view) and award.auction == memory.answered.auction
+    if following is None or not legal or not set(award.tasks) <= set(memory.answered.tasks):
+        return False
+    memory.bidder = following
+    return True
+
+
+def _fits(bids: Bids, call: Call) -> bool:
+    """Whether these are costs for the tasks of a call."""
+    return (
+        bids.auction == call.auction
+        and len(bids.costs) == len(call.tasks)
+        and all(cost >= 0 for cost in bids.costs)
+    )
+
+
+def _sell(
+    tasks: tuple[int, ...], offers: Sequence[tuple[float, ...]], view: TeamView
+) -> list[tuple[int, ...]]:
+    """What each bidder wins, in the order of the awards.
+
+    Costs between tasks are worked out by the auctioneer, in the map it shares with the bidders.
+    """
+    cells = np.array(tasks, dtype=np.int64)
+    rows: dict[int, NDArray[np.float64]] = {}
+
+    def between(task: int) -> NDArray[np.float64]:
+        if task not in rows:
+            rows[task] = path_costs(view.belief, cells[task : task + 1].astype(np.int32), cells)[0]
+        return rows[task]
+
+    won: list[list[int]] = [[] for _ in offers]
+    for task, bidder in sequential_auctions(np.array(offers), between):
+        won[bidder].append(tasks[task])
+    return [tuple(own) for own in won]
+
+
+def _begin(memory: AuctionMemory, view: TeamView, tasks: tuple[int, ...]) -> None:
+    """Drive to the first task; without one wait, or look for the last pockets as `nearest` does."""
+    drive = memory.drive
+    memory.tasks = tasks
+    memory.idle = not tasks and any(isfinite(cost) for cost in memory.costs)
+    if memory.idle:
+        memory.company = _heard(view)
+        drive.goal = -1
+    elif not tasks:
+        if not keeps_goal(drive, view):
+            choose_nearest(drive, view)
+    elif tasks[0] != drive.goal or not keeps_goal(drive, view):
+        wanted = np.zeros_like(view.belief.marks)
+        wanted.reshape(-1)[tasks[0]] = 1
+        space = search_space(view.belief.moves.size)
+        if search(view.belief.moves, view.cell, wanted, 1, space) == tasks[0] != view.cell:
+            drive.goal, drive.looks_for, drive.beside = tasks[0], -1, False
+            drive.here = view.cell
+            drive.path, drive.left = path_to(space, view.lattice.cols, tasks[0])
+        else:  # a task it did not bid for in earnest
+            choose_nearest(drive, view)
+
+
+def _action(memory: AuctionMemory, view: TeamView) -> Action:
+    drive = memory.drive
+    if memory.idle or _waits(memory, view):
+        return Action(STAY, drive.goal)
+    if drive.goal < 0:
+        return Action(finished=True)
+    return Action(int(drive.path[drive.left - 1]), drive.goal)
+
+
+def _waits(memory: AuctionMemory, view: TeamView) -> bool:
+    return view.time_s < memory.until_s - 1e-9
+
+
+def _any_target(view: TeamView) -> bool:
+    return bool((view.belief.marks & TARGET).any())
+
+
+def _heard(view: TeamView) -> tuple[int, ...]:
+    """The robots it hears now, itself included, ascending."""
+    return tuple(np.flatnonzero(view.heard_step == view.step).tolist())
+
+
+def _lowest_heard(view: TeamView) -> int:
+    """The number of its auctioneer."""
+    return int(np.argmax(view.heard_step == view.step))
