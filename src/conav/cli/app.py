@@ -3,6 +3,7 @@
 from cyclopts import App
 
 from conav import __version__
+from conav.cli.compare import compare
 from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.repair import repair
@@ -16,6 +17,7 @@ app = App(
     help_format="plaintext",
 )
 app.command(explore)
+app.command(compare)
 app.command(maps)
 app.command(verify)
 app.command(repair)

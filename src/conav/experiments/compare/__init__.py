@@ -1,0 +1,1 @@
+"""`conav compare`: strategies side by side, over maps, teams, ranges, radios and seeds."""

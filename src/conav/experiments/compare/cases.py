@@ -1,0 +1,172 @@
+"""What a comparison consists of: maps, strategies, the world, and the cases they combine to."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from conav import __version__
+from conav.exploration.types import Strategy
+from conav.maps.occupancy_grid import OccupancyGrid
+
+FORMAT = 1
+"""Of a case's key and of what is kept of its run; another number and all runs are made anew."""
+
+OWN_RADIO = "default"
+"""In place of a radio: perfect, but for a strategy that is made for another one."""
+
+
+class Case(NamedTuple):
+    """One run of a comparison."""
+
+    map: str  # as the comparison calls it
+    robots: int
+    range_m: float
+    radio: str  # "perfect", "off", metres, or `OWN_RADIO`
+    strategy: str  # as the comparison calls it
+    seed: int
+
+    @property
+    def group(self) -> "Group":
+        """What it shares with the cases it stands in one table with."""
+        return Group(self.map, self.robots, self.range_m, self.radio)
+
+    @property
+    def pair(self) -> tuple["Group", int]:
+        """What it shares with the same run of the other strategies: map, starts, everything."""
+        return self.group, self.seed
+
+
+class Group(NamedTuple):
+    """Runs that differ in seed and strategy only."""
+
+    map: str
+    robots: int
+    range_m: float
+    radio: str
+
+
+@dataclass(frozen=True)
+class MapSource:
+    """A map of a comparison: what tables call it, where it is from, what it holds."""
+
+    name: str
+    source: str | OccupancyGrid
+    content: str  # "built-in NAME" or a hash of the cells
+    seeded: bool  # whether each seed draws another layout
+
+
+@dataclass(frozen=True)
+class Team:
+    """A strategy of a comparison: what tables call it, its mind, and what tells it from others."""
+
+    name: str
+    mind: Strategy
+    strategy: str  # name in the catalogue, or module, class and hash of the source
+    settings: dict[str, Any]
+
+    @property
+    def radio(self) -> str | None:
+        """The radio it is made for."""
+        return getattr(self.mind, "radio", None)
+
+
+@dataclass(frozen=True)
+class World:
+    """What all runs of a comparison share; see `conav.simulation.explore.exploration_problem`."""
+
+    motion: str = "8-connected"
+    sensor: str = "range"
+    cell_m: float | None = None
+    radius_m: float = 0.1
+    speed_mps: float = 0.5
+    resolution: float | None = None
+    traffic: str = "pibt"
+    outside: bool = False
+    outside_folder: bool = False
+    max_time_s: float = 3600.0  # [s] simulated
+
+
+@dataclass(frozen=True)
+class Study:
+    """A comparison: every map with every number of robots, range, radio, strategy and seed."""
+
+    maps: tuple[MapSource, ...]
+    teams: tuple[Team, ...]
+    robots: tuple[int, ...]
+    ranges_m: tuple[float, ...]
+    radios: tuple[str, ...]
+    seeds: tuple[int, ...]
+    world: World
+
+    def groups(self) -> list[Group]:
+        """The groups in the order they were asked for."""
+        return [
+            Group(place.name, robots, range_m, radio)
+            for place in self.maps
+            for robots in self.robots
+            for range_m in self.ranges_m
+            for radio in self.radios
+        ]
+
+    def cases(self) -> list[Case]:
+        """The cases in the order of tables and files."""
+        return [
+            Case(*group, team.name, seed)
+            for group in self.groups()
+            for team in self.teams
+            for seed in self.seeds
+        ]
+
+    def map(self, name: str) -> MapSource:
+        """The map of that name."""
+        return self._maps[name]
+
+    def team(self, name: str) -> Team:
+        """The strategy of that name."""
+        return self._teams[name]
+
+    @cached_property
+    def _maps(self) -> dict[str, MapSource]:
+        return {item.name: item for item in self.maps}
+
+    @cached_property
+    def _teams(self) -> dict[str, Team]:
+        return {item.name: item for item in self.teams}
+
+    def radio(self, case: Case) -> str:
+        """The radio the robots of a case have: "perfect", "off" or metres."""
+        if case.radio != OWN_RADIO:
+            return case.radio
+        return self.team(case.strategy).radio or "perfect"
+
+    def key(self, case: Case) -> str:
+        """All that the case's result follows from, as JSON; equal for equal runs in any study."""
+        place, team = self.map(case.map), self.team(case.strategy)
+        world = asdict(self.world)
+        del world["outside_folder"]
+        if not place.seeded:
+            del world["resolution"]  # the grid has one, and it is part of the content
+        content = {
+            "format": FORMAT,
+            "conav": __version__,
+            "map": place.content,
+            "robots": case.robots,
+            "range_m": case.range_m,
+            "radio": self.radio(case),
+            "strategy": team.strategy,
+            "settings": team.settings,
+            "seed": case.seed,
+            **world,
+        }
+        return json.dumps(content, sort_keys=True, default=repr)
+
+
+def by_seed(cases: Sequence[Case]) -> list[Case]:
+    """The cases in the order they are run in: seed by seed.
+
+    So a comparison that is stopped has played about as many runs of each group, all of them paired,
+    and the time that is left can be told from the time that has passed.
+    """
+    return sorted(cases, key=lambda case: case.seed)

@@ -1,0 +1,108 @@
+"""What was played, a line each in a file that only grows: a killed comparison loses no run."""
+
+import json
+import os
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from conav.errors import InputError
+from conav.experiments.compare.outcome import Failure, Outcome
+
+JOURNAL = "journal.jsonl"
+
+
+class Journal:
+    """The results of cases by key. Use as a context manager; nobody else may have it open.
+
+    A line is the key and the outcome or the failure, as JSON. Each is handed to the system whole,
+    as soon as its run has ended. Of a key with several lines the last counts.
+
+    Raises `InputError` where the file cannot be written or another comparison is writing it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.results: dict[str, Outcome | Failure] = {}
+        self.unreadable: list[int] = []
+        """Lines that are no result, but for a last one that was cut short."""
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        except OSError as error:
+            raise self._cannot(error) from None
+        try:
+            self._lock()
+            self._read(path.read_bytes())
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def __enter__(self) -> "Journal":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        os.close(self._file)
+
+    def add(self, key: str, result: Outcome | Failure) -> None:
+        """Keep a result."""
+        kind = "outcome" if isinstance(result, Outcome) else "failure"
+        self._write(json.dumps({"case": json.loads(key), kind: asdict(result)}) + "\n")
+        self.results[key] = result
+
+    def _write(self, text: str) -> None:
+        data = text.encode()
+        try:
+            while data:
+                data = data[os.write(self._file, data) :]
+        except OSError as error:
+            raise self._cannot(error) from None
+
+    def _read(self, content: bytes) -> None:
+        whole, _, rest = content.rpartition(b"\n")
+        for number, line in enumerate(whole.split(b"\n"), 1):
+            if line and not self._understood(line):
+                self.unreadable.append(number)
+        if rest and self._understood(rest):
+            self._write("\n")
+        elif rest:
+            os.ftruncate(self._file, len(content) - len(rest))
+
+    def _understood(self, line: bytes) -> bool:
+        """Whether the line holds a result, which is then kept."""
+        try:
+            entry: dict[str, Any] = json.loads(line)
+            key = json.dumps(entry["case"], sort_keys=True)
+            if "outcome" in entry:
+                self.results[key] = Outcome.read(entry["outcome"])
+            else:
+                self.results[key] = Failure(**entry["failure"])
+        except (ValueError, TypeError, KeyError, AttributeError):
+            return False
+        return True
+
+    def _lock(self) -> None:
+        with suppress(ImportError):  # where there is none, nobody is kept out
+            import fcntl
+
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    self.path.parent,
+                    "is being written by another conav compare",
+                    "wait for it, or choose another --out",
+                ) from None
+            except OSError:
+                pass  # a file system without locks
+
+    def _cannot(self, error: OSError) -> InputError:
+        return InputError(
+            self.path, f"cannot be written ({error.strerror or error})", "choose another --out"
+        )
