@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 import conav
 from conav.exploration.belief import Belief, new_scratch
@@ -55,7 +54,7 @@ def on_a_line(bidders: Sequence[float], tasks: Sequence[float]) -> list[tuple[in
     where = np.array(tasks, dtype=float)
     return sequential_auctions(
         np.abs(np.array(bidders, dtype=float)[:, None] - where),
-        lambda task: np.abs(where[task] - where),
+        lambda one, other: abs(float(where[one] - where[other])),
     )
 
 
@@ -77,7 +76,7 @@ def test_ties_go_to_the_lower_task_and_the_lower_bidder() -> None:
 def test_what_nobody_can_reach_is_not_sold() -> None:
     costs = np.array([[inf, 3.0, inf], [inf, inf, 1.0]])
 
-    def between(task: int) -> NDArray[np.float64]:
+    def between(one: int, other: int) -> float:
         raise AssertionError("nobody competes")
 
     assert sequential_auctions(costs, between) == [(2, 1), (1, 0)]

@@ -113,8 +113,8 @@ AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
 
 # --- the auctions ---------------------------------------------------------------------------------
 
-Between = Callable[[int], NDArray[np.float64]]
-"""The path costs (n_tasks,) from a task, by its index, to all tasks."""
+Between = Callable[[int, int], float]
+"""The path cost from one task to another, by their indices."""
 
 
 def sequential_auctions(costs: NDArray[np.float64], between: Between) -> list[tuple[int, int]]:
@@ -135,15 +135,18 @@ def sequential_auctions(costs: NDArray[np.float64], between: Between) -> list[tu
         lowest, winner = inf, -1
         if len(reach) == 1:  # it wins, whatever it bids
             winner = reach.pop()
-        for bidder in reach:
-            end = ends[bidder]
-            # A path from the end is at least as long as the difference of those from any bidder:
-            # most bids need not be worked out to know that they lose.
-            if end >= 0 and _at_least(costs, end, task) > lowest + 1e-9:
-                continue
-            bid = costs[bidder, task] if end < 0 else between(end)[task]
-            if bid < lowest:
-                lowest, winner = float(bid), bidder
+        # A path from the end of its tasks is at least as long as the difference of those from
+        # anybody: most bids need not be worked out to know that they lose.
+        least = [
+            costs[bidder, task] if ends[bidder] < 0 else _at_least(costs, ends[bidder], task)
+            for bidder in reach
+        ]
+        for bound, bidder in sorted(zip(least, reach, strict=True)):
+            if bound > lowest + 1e-9:
+                break
+            bid = bound if ends[bidder] < 0 else between(ends[bidder], task)
+            if bid < lowest or (bid == lowest and bidder < winner):
+                lowest, winner = bid, bidder
         awards.append((task, winner))
         ends[winner] = task
     return awards
@@ -352,13 +355,16 @@ def _sell(
 
     Costs between tasks are worked out by the auctioneer, in the map it shares with the bidders.
     """
-    cells = np.array(tasks, dtype=np.int64)
-    rows: dict[int, NDArray[np.float64]] = {}
+    belief = view.belief
+    space = search_space(belief.moves.size)
+    wanted = np.zeros_like(belief.marks)
+    flat = wanted.reshape(-1)
 
-    def between(task: int) -> NDArray[np.float64]:
-        if task not in rows:
-            rows[task] = path_costs(view.belief, cells[task : task + 1].astype(np.int32), cells)[0]
-        return rows[task]
+    def between(one: int, other: int) -> float:
+        flat[tasks[other]] = 1
+        reached = search(belief.moves, tasks[one], wanted, 1, space)
+        flat[tasks[other]] = 0
+        return float(space.distance[reached]) if reached >= 0 else inf
 
     won: list[list[int]] = [[] for _ in offers]
     for task, bidder in sequential_auctions(np.array(offers), between):
