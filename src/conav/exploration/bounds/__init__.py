@@ -1,0 +1,1 @@
+"""Certified bounds on the finishing time of an exploration."""
