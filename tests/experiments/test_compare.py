@@ -253,6 +253,31 @@ def test_another_map_of_that_name_is_another_run(tmp_path: Path) -> None:
     assert small(tmp_path, maps=[conav.OccupancyGrid(other.cells, 0.5, name="rooms")]).played == 4
 
 
+def test_other_code_is_another_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from conav.experiments.compare import source
+
+    before = {name: study(strategies=[name]).teams[0].code for name in ("nearest", "potential")}
+    for changed, moved in (
+        ("conav.exploration.viewpoints", {"nearest"}),  # which it imports
+        ("conav.exploration.turn_sequences", {"potential"}),
+        ("conav.simulation.traffic", {"nearest", "potential"}),
+        ("conav.exploration.catalogue", set()),  # a further strategy does not matter
+        ("conav.pictures.still", set()),
+    ):
+        true_source = source._source
+        with monkeypatch.context() as patch:
+            patch.setattr(
+                source,
+                "_source",
+                lambda name, changed=changed, true=true_source: (
+                    true(name) + b"#" * (name == changed)
+                ),
+            )
+            after = {name: study(strategies=[name]).teams[0].code for name in before}
+        assert {name for name in before if after[name] != before[name]} == moved, changed
+    assert source.source_hash("no.such.module") != source.source_hash("__main__")
+
+
 def test_strategies_of_ones_own(tmp_path: Path, crash: Any) -> None:
     made = small(
         tmp_path,

@@ -48,19 +48,24 @@ def test_along_a_corridor(
 
 
 def test_what_nobody_sees_is_never_seen() -> None:
-    """Coverage counts what the first robot's sensor could see from everybody's part of the map."""
-    plan = planning_grid(
-        parse_ascii("#########\n#...#...#\n#########"), cell_m=1.0, radius_m=0.1, diagonal=False
+    """Coverage counts what the first robot's sensor would see, in everybody's part of the map."""
+    rooms = "\n".join(["#" * 13, *["#.....#.....#"] * 5, "#" * 13])
+    plan = planning_grid(parse_ascii(rooms), cell_m=1.0, radius_m=0.6, diagonal=False)
+    sighted, blind = (
+        Robot(f"sees {reach} m", 0.6, 1.0, MOTIONS["4-connected"], Sensor("any", True, reach))
+        for reach in (3.0, 0.0)
     )
-    wide = Robot("wide", 0.1, 1.0, MOTIONS["4-connected"], Sensor("any", True, 2.0))
-    blind = Robot("blind", 0.6, 1.0, MOTIONS["4-connected"], Sensor("any", True, 0.0))
-    blind = Robot("blind", 0.1, 1.0, MOTIONS["4-connected"], blind.sensor)
-    problem = ExplorationProblem(plan, (wide, blind), (10, 14), 0, 1e3)
-    observable = observable_cells(plan, problem.starts, wide.sensor)
-    # It sees the cell it stands on, so all can be seen, by walking over them.
-    assert lower_bounds(problem, observable).eccentricity_s == 2.0
-    walled = plan.moves.copy()
-    walled.reshape(-1)[[10, 11]] = 0  # the first robot's part is cut; it looks from its start
+    middle = 3 * 13
+    problem = ExplorationProblem(plan, (sighted, blind), (middle + 3, middle + 9), 0, 1e3)
+    observable = observable_cells(plan, problem.starts, sighted.sensor)
+    assert observable.sum() == 50
+    # Of its 25 cells the robot on the right sees the 9 it can stand on.
+    bounds = lower_bounds(problem, observable, 34 / 50)
+    assert 0.0 < bounds.lower_s < np.inf
+    for share in (35 / 50, 1.0):
+        bounds = lower_bounds(problem, observable, share)
+        assert bounds.eccentricity_s == bounds.lower_s == np.inf
     seen = survey(problem, Places.of(problem))
-    assert np.isinf(seen.first[plan.walls.reshape(-1) == 1]).sum() >= 0
-    assert eccentricity_steps(seen, np.ones_like(observable), observable.size) == np.inf
+    assert eccentricity_steps(seen, observable, 35) == np.inf
+    both = ExplorationProblem(plan, (sighted, sighted), problem.starts, 0, 1e3)
+    assert lower_bounds(both, observable).lower_s < np.inf

@@ -1,7 +1,6 @@
 """From what a person asks for to a `Study`; whatever is wrong is said before anything is run."""
 
 import hashlib
-import inspect
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import is_dataclass
@@ -11,6 +10,7 @@ from typing import Any, TypeVar
 
 from conav.errors import InputError
 from conav.experiments.compare.cases import OWN_RADIO, MapSource, Study, Team, World
+from conav.experiments.compare.source import source_hash
 from conav.exploration.catalogue import make_strategy, settings_of
 from conav.exploration.types import TRAFFIC, Strategy
 from conav.maps.builtin.catalogue import BUILTIN
@@ -79,7 +79,8 @@ def _maps(maps: Sequence[Map], world: World) -> tuple[MapSource, ...]:
         source = item if isinstance(item, OccupancyGrid) else str(item)
         if source in BUILTIN:
             name = str(source)
-            made = MapSource(name, name, f"built-in {name}", seeded=True)
+            drawn = source_hash(BUILTIN[name].function.partition(":")[0])
+            made = MapSource(name, name, f"built-in {name} {drawn}", seeded=True)
         else:
             grid = load_map(
                 source, resolution=world.resolution, outside_folder=world.outside_folder
@@ -136,18 +137,22 @@ def _teams(
 def _team(name: str, strategy: str | Strategy, settings: Mapping[str, object]) -> Team:
     if isinstance(strategy, str):
         mind = make_strategy(strategy, settings)
-        return Team(name, mind, strategy, settings_of(mind))
+        return Team(name, mind, strategy, settings_of(mind), _code(mind))
     if settings:
         raise InputError(f"setting of {name!r}", "which is an object", "give it to the object")
     cls: type[Any] = type(strategy)
-    try:
-        module = inspect.getmodule(cls)
-        source = inspect.getsource(module) if module is not None else ""
-    except (OSError, TypeError):  # written at a prompt
-        source = ""
-    written = hashlib.sha256(source.encode()).hexdigest()[:16]
     held = settings_of(strategy) if is_dataclass(strategy) else dict(vars(strategy))
-    return Team(name, strategy, f"{cls.__module__}:{cls.__qualname__} {written}", held)
+    return Team(name, strategy, f"{cls.__module__}:{cls.__qualname__}", held, _code(strategy))
+
+
+def _code(mind: Strategy) -> str:
+    """What stands for the code a run with this mind follows from."""
+    return source_hash(
+        type(mind).__module__,
+        "conav.maps.planning_grid",
+        "conav.simulation.run_exploration",
+        "conav.simulation.starts",
+    )
 
 
 def _radios(radios: Sequence[str | float] | None, teams: Sequence[Team]) -> tuple[str, ...]:

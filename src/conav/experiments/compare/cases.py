@@ -53,7 +53,7 @@ class MapSource:
 
     name: str
     source: str | OccupancyGrid
-    content: str  # "built-in NAME" or a hash of the cells
+    content: str  # what stands for its cells: a hash of them, or of the code that draws them
     seeded: bool  # whether each seed draws another layout
 
 
@@ -63,8 +63,9 @@ class Team:
 
     name: str
     mind: Strategy
-    strategy: str  # name in the catalogue, or module, class and hash of the source
+    strategy: str  # name in the catalogue, or module and class
     settings: dict[str, Any]
+    code: str  # a hash of the code its runs follow from
 
     @property
     def radio(self) -> str | None:
@@ -156,6 +157,7 @@ class Study:
             "range_m": case.range_m,
             "radio": self.radio(case),
             "strategy": team.strategy,
+            "code": team.code,
             "settings": team.settings,
             "seed": case.seed,
             **world,

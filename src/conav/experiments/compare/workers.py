@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pickle import PicklingError
 from types import TracebackType
 from typing import Any
 
@@ -113,7 +114,7 @@ class Workers:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             process.start()
-        except (AttributeError, TypeError, ValueError) as error:  # what pickle says
+        except (PicklingError, AttributeError, TypeError, ValueError) as error:
             raise InputError(
                 "strategies",
                 f"cannot be sent to another process ({error})",
