@@ -79,7 +79,7 @@ def test_shares_take_no_longer_than_all(share: float) -> None:
     assert part.upper_s is not None
     assert whole.upper_s is not None
     assert part.lower_s <= part.upper_s
-    assert part.lower_s <= whole.lower_s
+    assert part.lower_s <= whole.upper_s
     assert finish_bounds(problem, share, rounds=20) == part
 
 
