@@ -21,7 +21,7 @@ from conav.geometry.directions import DCOL, DROW, SQRT2
 from conav.geometry.sight import disc_cells, visible_cells
 
 MOST_BYTES = 2**28  # of each: what places see, what is seen on the way, distances
-THRESHOLD = 0.03
+THRESHOLD = 0.03  # how much worse than the best a plan may be to be changed next
 
 Route = list[int]  # viewpoints, planning cells; the start comes first
 
@@ -47,8 +47,8 @@ def known_map_plan(
     """Routes from which at least `needed` observable cells are seen, or None when none can be.
 
     `observable` (fine rows, fine cols) is 1 for the cells that count; `rounds` is how often routes
-    are ruined and recreated. A plan up to 3 % worse than the best so far is taken as the next one
-    to change (record-to-record travel, Dueck 1993).
+    are ruined and recreated. A plan that is little worse than the best so far is taken as the next
+    one to change (record-to-record travel, Dueck 1993).
     """
     terrain = _Terrain(problem, observable)
     routes = [[start] for start in problem.starts]
@@ -60,7 +60,8 @@ def known_map_plan(
     for _ in range(rounds):
         trial = [list(route) for route in routes]
         terrain.ruin(trial, rng)
-        terrain.recreate(trial, needed, rng)
+        if not terrain.recreate(trial, needed, rng):
+            continue
         terrain.drop(trial, needed)
         cost = terrain.cost(trial)
         if cost <= least * (1.0 + THRESHOLD):
