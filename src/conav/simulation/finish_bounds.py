@@ -46,7 +46,7 @@ EFFORTS = {
         part_witnesses=0,
         rounds=30,
         plan_each_share=False,
-        place_rounds=6e5,
+        place_rounds=4e5,
         lower_cells=1e9,
         plan_cells=1e9,
     ),
