@@ -231,6 +231,8 @@ def ratio_text(done: Any, bounds: Any) -> str:
     below, above = f"{floor(100 * low) / 100:g}", high if high == inf else ceil(100 * high) / 100
     if high == 1.0:
         return f"the best possible time: {least}"
+    if above == inf and low == 1.0:
+        return f"{least} to see all, {known}"
     if above == inf:
         return f"at least {below} times the best possible time: {least}, {known}"
     return f"{below} to {above:g} times the best possible time: {least}, {known}"

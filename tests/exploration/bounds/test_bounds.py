@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conav.exploration.bounds.bounds import FinishBounds, cells_needed, lower_bounds
+from conav.exploration.bounds.bounds import (
+    FinishBounds,
+    Ground,
+    cells_needed,
+    lower_bounds,
+    lower_bounds_on,
+)
 from conav.exploration.catalogue import STRATEGIES, make_strategy
 from conav.exploration.metrics import SHARES
 from conav.exploration.types import Action, ExplorationProblem, TeamView
@@ -50,7 +56,8 @@ def strategy(name: str) -> Any:
 def check(problem: ExplorationProblem, names: Sequence[str], **options: int) -> None:
     """No strategy reaches a share before the lower bound."""
     observable = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
-    bounds = [lower_bounds(problem, observable, share / 100, **options) for share in SHARES]
+    ground = Ground.of(problem, observable)
+    bounds = [lower_bounds_on(ground, share / 100, **options) for share in SHARES]
     for name in names:
         metrics = run_exploration(problem, strategy(name), name=name).metrics
         for share, bound in zip(SHARES, bounds, strict=True):
@@ -87,11 +94,17 @@ def test_no_run_on_random_maps(seed: int) -> None:
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", ["office", "maze", "cave", "three-obstacles"])
 def test_no_run_on_the_built_in_maps(name: str, motion: str) -> None:
-    size = {} if name == "three-obstacles" else {"width_m": 10.0, "height_m": 10.0}
+    size = {} if name == "three-obstacles" else {"width_m": 7.0, "height_m": 7.0}
     grid = builtin_map(name, **size)
-    for robots, reach, seed in ((1, 3.0, 1), (3, 2.0, 2), (2, 5.0, 3)):
+    larger = 4.0 if name == "three-obstacles" else 1.0  # its cells are of 1 m
+    for robots, reach, seed in ((1, 3.0, 1), (3, 1.5, 2)):
         problem, _ = exploration_problem(
-            grid, robots=robots, range_m=reach, motion=motion, seed=seed, max_time_s=600.0
+            grid,
+            robots=robots,
+            range_m=reach * larger,
+            motion=motion,
+            seed=seed,
+            max_time_s=150.0 * larger,
         )
         check(problem, ALL, witnesses=10)
 
