@@ -103,7 +103,7 @@ class Ground:
         if touched * len(places.cells) > most:
             candidates = np.flatnonzero(observable.reshape(-1))
             count = max(int(SAMPLED * most / touched), 1)
-            cells = candidates[:: -(-len(candidates) // count)]
+            cells = candidates[:: max(-(-len(candidates) // count), 1)]
         return Ground(problem, observable, places, swath, survey(problem, places, cells))
 
 
