@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from conav.experiments.compare.files import COVERAGE, PARQUET, RESULTS, TIMING, 
 from conav.experiments.compare.journal import JOURNAL, Journal
 from conav.experiments.compare.outcome import Failure, Outcome
 from conav.experiments.compare.page import PAGE, page
+from conav.experiments.compare.run_case import Runner
 from conav.experiments.compare.summary import table_summary, total_summary
 from conav.experiments.compare.tables import Result, Table, Total, tables, totals
 from conav.experiments.compare.workers import Workers
@@ -128,7 +130,7 @@ def compare(
         total = len(first)
         progress(total - len(missing), total)
         try:
-            with Workers(study, min(jobs, max(len(missing), 1))) as workers:
+            with Workers[Case](partial(Runner, study), min(jobs, max(len(missing), 1))) as workers:
                 _check(study, workers, missing)
                 for case, result in workers.each("run", by_seed(missing)):
                     journal.add(keys[case], result)
@@ -149,7 +151,7 @@ def compare(
     )
 
 
-def _opened(folder: Path) -> Journal:
+def _opened(folder: Path) -> Journal[Outcome]:
     """The journal in the folder, which is made. What others wrote there is not written over."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -163,10 +165,10 @@ def _opened(folder: Path) -> Journal:
                 raise InputError(
                     folder, f"holds a {name} that is of no comparison", "choose another --out"
                 )
-    return Journal(folder / JOURNAL)
+    return Journal(folder / JOURNAL, Outcome.read)
 
 
-def _check(study: Study, workers: Workers, missing: Sequence[Case]) -> None:
+def _check(study: Study, workers: Workers[Case], missing: Sequence[Case]) -> None:
     """Raises `InputError` for what would keep one of these from being played.
 
     The largest team has to fit on every map of every seed, and every strategy to make a first step
