@@ -5,7 +5,7 @@ itself, and a bid counts from the end of what the bidder has won so far.
 """
 
 from collections.abc import Callable
-from math import inf, isfinite
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,23 +16,18 @@ from conav.geometry.directions import DCOL, DROW, SQRT2
 from conav.geometry.grid_search import search, search_space
 
 Between = Callable[[int, int], float]
-"""A number for the way from one task to another, by their indices."""
+"""The path cost from one task to another, by their indices."""
 
 _ROUNDING = 1e-9
 
 
-def no_bound(one: int, other: int) -> float:
-    """The lower bound of a path cost where nothing is known of places."""
-    return 0.0
-
-
 def sequential_auctions(
-    costs: NDArray[np.float64], between: Between, least: Between = no_bound
+    costs: NDArray[np.float64], between: Between, least: NDArray[np.float64] | None = None
 ) -> list[tuple[int, int]]:
     """The (task, bidder) pairs in the order of the awards.
 
     `costs` (n_bidders, n_tasks) are those from where the bidders stand, inf where they cannot go;
-    `between` is the path cost from one task to another and `least` a lower bound of it. One task
+    `least` (n_tasks, n_tasks) are lower bounds of what `between` says, 0 if not given. One task
     after the other is sold, that with the lowest cost for anybody first, then the lower index.
     Every bidder bids the path cost from the end of what it has won so far; the lowest bid wins and
     counts as paid, then the lower bidder. What nobody can reach is not sold.
@@ -41,31 +36,32 @@ def sequential_auctions(
     if n_tasks == 0:
         return []
     can = np.isfinite(costs)
-    lowest_of = costs.min(axis=0)
-    order = np.argsort(lowest_of, kind="stable").tolist()
+    order = np.argsort(costs.min(axis=0), kind="stable").tolist()
     if n_bidders == 1:
         return [(task, 0) for task in order if can[0, task]]
+    rows = costs.tolist()
+    bounds = (np.zeros((n_tasks, n_tasks)) if least is None else least).tolist()
     ends = [-1] * n_bidders  # the last task each has won
     awards: list[tuple[int, int]] = []
     for task in order:
-        reach: list[int] = np.flatnonzero(can[:, task]).tolist()
+        reach = [bidder for bidder in range(n_bidders) if rows[bidder][task] < inf]
         if not reach:
             continue
         lowest, winner = inf, -1
         if len(reach) == 1:  # it wins, whatever it bids
             winner = reach.pop()
         # Most bids need not be worked out to know that they lose.
-        bounds = [
-            float(costs[bidder, task]) if ends[bidder] < 0 else least(ends[bidder], task)
+        at_least = [
+            (rows[bidder][task] if ends[bidder] < 0 else bounds[ends[bidder]][task], bidder)
             for bidder in reach
         ]
-        for bound, bidder in sorted(zip(bounds, reach, strict=True)):
+        for bound, bidder in sorted(at_least):
             if bound > lowest + _ROUNDING:
                 break
             end = ends[bidder]
             if end < 0:
                 bid = bound
-            elif isfinite(lowest) and _at_least(costs, can, end, task) > lowest + _ROUNDING:
+            elif lowest < inf and _triangle(costs, can, end, task) > lowest + _ROUNDING:
                 continue
             else:
                 bid = between(end, task)
@@ -76,7 +72,7 @@ def sequential_auctions(
     return awards
 
 
-def _at_least(costs: NDArray[np.float64], can: NDArray[np.bool_], one: int, other: int) -> float:
+def _triangle(costs: NDArray[np.float64], can: NDArray[np.bool_], one: int, other: int) -> float:
     """A lower bound of the path cost between two tasks, by the triangle inequality."""
     both = can[:, one] & can[:, other]
     return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
@@ -88,29 +84,30 @@ class TaskPaths:
     def __init__(self, belief: Belief, tasks: tuple[int, ...]) -> None:
         self._belief = belief
         self._tasks = tasks
-        self._cols = belief.moves.shape[1]
-        self._places = [divmod(task, self._cols) for task in tasks]
+        self.least = _empty_grid_costs(tasks, belief.moves.shape[1])
+        """The path costs (n_tasks, n_tasks) if nothing were in the way: lower bounds."""
         self._wanted = np.zeros_like(belief.marks)
         self._space = search_space(belief.moves.size)
-
-    def least(self, one: int, other: int) -> float:
-        """The path cost [planning cells] if nothing were in the way."""
-        (row, col), (r, c) = self._places[one], self._places[other]
-        down, right = abs(row - r), abs(col - c)
-        diagonal = min(down, right)
-        return abs(down - right) + diagonal * SQRT2
 
     def between(self, one: int, other: int) -> float:
         """The path cost [planning cells] over known moves, inf where there is no way."""
         moves = self._belief.moves
         start, goal = self._tasks[one], self._tasks[other]
         if goes_straight(moves, start, goal):
-            return self.least(one, other)
+            return float(self.least[one, other])
         flat = self._wanted.reshape(-1)
         flat[goal] = 1
         reached = search(moves, start, self._wanted, 1, self._space)
         flat[goal] = 0
         return float(self._space.distance[reached]) if reached >= 0 else inf
+
+
+def _empty_grid_costs(tasks: tuple[int, ...], cols: int) -> NDArray[np.float64]:
+    row, col = np.divmod(np.array(tasks, dtype=np.int64), cols)
+    down = np.abs(row[:, None] - row)
+    right = np.abs(col[:, None] - col)
+    diagonals = np.minimum(down, right)
+    return np.maximum(down, right) - diagonals + diagonals * SQRT2
 
 
 def goes_straight(moves: NDArray[np.uint8], start: int, goal: int) -> bool:
