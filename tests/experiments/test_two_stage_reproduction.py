@@ -216,6 +216,17 @@ def test_noise_follows_the_square_root_of_what_was_driven() -> None:
     assert sqrt(float(np.mean(np.square(errors)))) == pytest.approx(0.1, rel=0.1)
 
 
+def test_waits_change_no_noise() -> None:
+    straight = path(*[(float(x), 0.5) for x in range(9)])
+    waiting = path(*[(float(x // 2), 0.5) for x in range(17)])
+    finals = {
+        replay([one], 1.0, Drift(), generators(1), closing="none").final_m
+        for one in (straight, waiting)
+    }
+    assert len(finals) == 1
+    assert finals != {0.0}
+
+
 def test_closing_is_checked() -> None:
     with pytest.raises(ValueError, match="none, own, shared"):
         replay([there_and_back(2)], 1.0, NO_NOISE, generators(1), closing="all")
@@ -259,11 +270,11 @@ def test_keys_tell_runs_apart() -> None:
     assert case_key(Case("DTA", 1, 0.0, 0), SMALL) != case_key(Case("DTA", 1, 0.0, 0), World())
 
 
-@pytest.mark.parametrize("method", ["TSCA", "DTA", "RAA"])
-def test_a_run_is_what_the_simulator_says(method: str) -> None:
+@pytest.mark.parametrize(("method", "side_m"), [("TSCA", 60.0), ("DTA", 36.0), ("RAA", 36.0)])
+def test_a_run_is_what_the_simulator_says(method: str, side_m: float) -> None:
     """Watching changes nothing, and what it sees agrees with what a run reports itself."""
     case = Case(method, 2, 5.0, 3)
-    large = World(side_m=36.0)  # enough for a second stage
+    large = World(side_m)
     played = play(case.played, large)
     plain = run_exploration(problem_of(2, 3, large), strategy_of(case), name="plain")
     assert played.status == plain.status == "done"

@@ -12,8 +12,8 @@ it has no model of errors. This is one:
   error, of position and heading, that its map has there: that of the first visit. Nothing before is
   corrected.
 
-Noise depends on the generator and on what was driven, not on what is closed, so that what closures
-save is compared on equal noise.
+Noise depends on the generator and on the moves that were made, neither on waits between them nor on
+what is closed, so that what closures save is compared on equal noise.
 """
 
 from collections.abc import Sequence
@@ -70,6 +70,7 @@ def replay(
         places = [places[0]] * n
     apart = drift.apart_s / step_s
     closed_at = [0] * n
+    moved = [0] * n
     facing = [-1] * n
     closures = 0
     for robot in range(n):
@@ -83,7 +84,9 @@ def replay(
             before, now = paths[robot][step], paths[robot][step + 1]
             turned = turn_between(facing[robot], k) if facing[robot] >= 0 else 0
             facing[robot] = k
-            error = _moved(errors[robot, step], before, now, turned, noise[robot][step], drift)
+            drawn = noise[robot][moved[robot]]
+            moved[robot] += 1
+            error = _moved(errors[robot, step], before, now, turned, drawn, drift)
             if closing != "none" and step + 1 - closed_at[robot] >= apart:
                 at = _first_visit(places[robot], paths, now, drift.near_m, step + 1 - apart)
                 if at is not None:
