@@ -510,6 +510,13 @@ def test_bad_numbers_are_named(tmp_path: Path, arguments: dict, words: str) -> N
         reproduce(tmp_path, **arguments)
 
 
+def test_the_page_of_something_else_stays(tmp_path: Path) -> None:
+    (tmp_path / "README.md").write_text("# mine\n")
+    with pytest.raises(InputError, match="of something else"):
+        reproduce(tmp_path, **OPTIONS)
+    assert (tmp_path / "README.md").read_text() == "# mine\n"
+
+
 def test_command(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / JOURNAL).write_bytes((made / JOURNAL).read_bytes())
     world = ["--side", "32", "--runs", "2", "--jobs", "1", "--no-plots"]

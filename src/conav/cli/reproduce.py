@@ -126,8 +126,13 @@ def two_stage(
                 "--robots", f"{part.strip()!r} is not a whole number", "part several by commas"
             ) from None
 
+    from conav.compiled import compiled_before
     from conav.experiments.two_stage.reproduce import reproduce as run
 
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+        )
     shown = sys.stderr.isatty() and not quiet
 
     def progress(done: int, total: int) -> None:

@@ -10,6 +10,7 @@ from conav.experiments.two_stage.world import World
 PAGE = "README.md"
 NUMBERS = "numbers.csv"
 RUNS = "runs.csv"
+TITLE = "# The two-stage coordinated strategy: what holds"
 
 
 def page(
@@ -31,7 +32,7 @@ def page(
     if world.side_m != World().side_m:
         command += f" --side {world.side_m:g}"
     lines = [
-        "# The two-stage coordinated strategy: what holds",
+        TITLE,
         "",
         "X.-F. Dai, L.-H. Jiang: A Two-stage Coordinated Strategy for Integrated Exploration of "
         "Multi-robot Systems, 2018.",

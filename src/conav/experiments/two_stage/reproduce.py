@@ -15,7 +15,7 @@ from conav.experiments.potential_games.report import Verdict
 from conav.experiments.two_stage.claims import SECTIONS, unfinished
 from conav.experiments.two_stage.figures import draw_curves, draw_runs
 from conav.experiments.two_stage.lab import Lab, Progress
-from conav.experiments.two_stage.page import NUMBERS, PAGE, RUNS, page
+from conav.experiments.two_stage.page import NUMBERS, PAGE, RUNS, TITLE, page
 from conav.experiments.two_stage.play import Played
 from conav.experiments.two_stage.results import Results, Row
 from conav.experiments.two_stage.world import World, all_cases, problem_of
@@ -90,13 +90,7 @@ def reproduce(
     world = World(side_m, motion)
     for number in range(seed, seed + runs):
         problem_of(sizes[-1], number, world)
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            target, f"cannot be made ({error.strerror})", "give another --out"
-        ) from None
+    target = _made(Path(folder))
     cases = all_cases(sizes, runs, seed)
     warnings: list[str] = []
     with Journal(target / JOURNAL, Played.read) as journal:
@@ -130,6 +124,21 @@ def reproduce(
         not finished,
         tuple(warnings),
     )
+
+
+def _made(folder: Path) -> Path:
+    """The folder, which is made. Somebody else's page in it is not written over."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        page = folder / PAGE
+        strange = page.exists() and not page.read_bytes().startswith(TITLE.encode())
+    except OSError as error:
+        raise InputError(
+            folder, f"cannot be made ({error.strerror})", "give another --out"
+        ) from None
+    if strange:
+        raise InputError(folder, f"holds a {PAGE} of something else", "give another --out")
+    return folder
 
 
 def _in_range(name: str, value: float, least: float, most: float) -> None:
