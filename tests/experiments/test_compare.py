@@ -431,13 +431,13 @@ def test_lines_that_are_no_results_are_named(tmp_path: Path) -> None:
 
 def test_results_come_back_as_they_were(tmp_path: Path) -> None:
     one = outcome({90: 10.0, 100: 20.5}, warnings=("odd",))
-    with Journal(tmp_path / JOURNAL) as journal:
+    with Journal(tmp_path / JOURNAL, Outcome.read) as journal:
         journal.add('{"seed": 1}', one)
         journal.add('{"seed": 2}', Failure("no"))
         journal.add('{"seed": 2}', one)
-        with pytest.raises(InputError, match="is being written by another conav compare"):
-            Journal(tmp_path / JOURNAL)
-    with Journal(tmp_path / JOURNAL) as journal:
+        with pytest.raises(InputError, match="is being written by another conav"):
+            Journal(tmp_path / JOURNAL, Outcome.read)
+    with Journal(tmp_path / JOURNAL, Outcome.read) as journal:
         assert journal.results == {'{"seed": 1}': one, '{"seed": 2}': one}
 
 

@@ -176,10 +176,10 @@ def test_an_interrupt_while_bounds_are_found_keeps_the_runs(
 
 def test_bounds_come_back_as_they_were(tmp_path: Path) -> None:
     one = CaseBounds(3.0, "witness", None)
-    with Journal(tmp_path / JOURNAL) as journal:
+    with Journal(tmp_path / JOURNAL, Outcome.read) as journal:
         journal.add_bounds('{"seed": 1}', CaseBounds(1.0, "swath", 2.0))
         journal.add_bounds('{"seed": 1}', one)
-    with Journal(tmp_path / JOURNAL) as journal:
+    with Journal(tmp_path / JOURNAL, Outcome.read) as journal:
         assert journal.bounds == {'{"seed": 1}': one}
         assert (journal.results, journal.unreadable) == ({}, [])
 

@@ -25,9 +25,9 @@ from conav.exploration.repeated_auction import (
     Call,
     Ended,
     RepeatedAuction,
-    sequential_auctions,
     task_cells,
 )
+from conav.exploration.sequential_auction import sequential_auctions
 from conav.exploration.types import Action, TeamView
 from conav.exploration.verify import verify_exploration
 from conav.geometry.directions import STAY

@@ -12,7 +12,10 @@ import conav
 from conav.exploration.rectangle_drive import half_footprint, lanes
 from conav.exploration.section_auction import Announce, Award, Bid
 from conav.exploration.section_board import Status
-from conav.exploration.two_stage import FLOW, Phase, TwoStage, TwoStageMemory, Vote, flow_table
+from conav.exploration.two_stage import TwoStage
+from conav.exploration.two_stage_flow import FLOW, Phase, flow_table
+from conav.exploration.two_stage_turn import TwoStageMemory
+from conav.exploration.two_stage_vote import Vote
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.messages.message import Message

@@ -7,7 +7,7 @@ Rules of this file:
   most. A step that begins finds every robot at the head of its table.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf, isfinite
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import Targets, find_targets, path_costs
 from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.geometry.grid_search import path_to, search, search_space
@@ -111,51 +112,7 @@ AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
 }
 
 
-# --- the auctions ---------------------------------------------------------------------------------
-
-Between = Callable[[int, int], float]
-"""The path cost from one task to another, by their indices."""
-
-
-def sequential_auctions(costs: NDArray[np.float64], between: Between) -> list[tuple[int, int]]:
-    """The (task, bidder) pairs in the order of the awards.
-
-    `costs` (n_bidders, n_tasks) are those from where the bidders stand, inf where they cannot go.
-    One task after the other is sold, that with the lowest cost for anybody first, then the lower
-    index. Every bidder bids the path cost from the end of what it has won so far; the lowest bid
-    wins and counts as paid, then the lower bidder. What nobody can reach is not sold.
-    """
-    n_bidders = len(costs)
-    ends = [-1] * n_bidders  # the last task each has won
-    awards: list[tuple[int, int]] = []
-    for task in np.argsort(costs.min(axis=0), kind="stable").tolist():
-        reach = [bidder for bidder in range(n_bidders) if isfinite(costs[bidder, task])]
-        if not reach:
-            continue
-        lowest, winner = inf, -1
-        if len(reach) == 1:  # it wins, whatever it bids
-            winner = reach.pop()
-        # A path from the end of its tasks is at least as long as the difference of those from
-        # anybody: most bids need not be worked out to know that they lose.
-        least = [
-            costs[bidder, task] if ends[bidder] < 0 else _at_least(costs, ends[bidder], task)
-            for bidder in reach
-        ]
-        for bound, bidder in sorted(zip(least, reach, strict=True)):
-            if bound > lowest + 1e-9:
-                break
-            bid = bound if ends[bidder] < 0 else between(ends[bidder], task)
-            if bid < lowest or (bid == lowest and bidder < winner):
-                lowest, winner = bid, bidder
-        awards.append((task, winner))
-        ends[winner] = task
-    return awards
-
-
-def _at_least(costs: NDArray[np.float64], one: int, other: int) -> float:
-    """A lower bound of the path cost between two tasks, by the triangle inequality."""
-    both = np.isfinite(costs[:, one]) & np.isfinite(costs[:, other])
-    return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
+# --- the strategy ---------------------------------------------------------------------------------
 
 
 def task_cells(targets: Targets) -> NDArray[np.int64]:
@@ -167,9 +124,6 @@ def task_cells(targets: Targets) -> NDArray[np.int64]:
     order = np.lexsort((targets.cells, nearest, targets.piece))
     order = order[np.searchsorted(targets.piece[order], np.arange(targets.n_pieces))]
     return targets.cells[order[np.isfinite(nearest[order])]]
-
-
-# --- the strategy ---------------------------------------------------------------------------------
 
 
 @dataclass
@@ -355,19 +309,9 @@ def _sell(
 
     Costs between tasks are worked out by the auctioneer, in the map it shares with the bidders.
     """
-    belief = view.belief
-    space = search_space(belief.moves.size)
-    wanted = np.zeros_like(belief.marks)
-    flat = wanted.reshape(-1)
-
-    def between(one: int, other: int) -> float:
-        flat[tasks[other]] = 1
-        reached = search(belief.moves, tasks[one], wanted, 1, space)
-        flat[tasks[other]] = 0
-        return float(space.distance[reached]) if reached >= 0 else inf
-
+    paths = TaskPaths(view.belief, tasks)
     won: list[list[int]] = [[] for _ in offers]
-    for task, bidder in sequential_auctions(np.array(offers), between):
+    for task, bidder in sequential_auctions(np.array(offers), paths.between, paths.least):
         won[bidder].append(tasks[task])
     return [tuple(own) for own in won]
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from conav.experiments.compare.journal import JOURNAL, Journal
 from conav.experiments.compare.optimum import against_best
 from conav.experiments.compare.outcome import CaseBounds, Failure, Outcome
 from conav.experiments.compare.page import PAGE, page
+from conav.experiments.compare.run_case import Runner
 from conav.experiments.compare.summary import table_summary, total_summary
 from conav.experiments.compare.tables import Result, Table, Total, tables, totals
 from conav.experiments.compare.workers import Workers
@@ -140,7 +142,8 @@ def compare(
         done = total - len(missing) - len(unbounded)
         progress(done, total)
         try:
-            with Workers(study, min(jobs, max(len(missing), len(unbounded), 1))) as workers:
+            jobs_wanted = min(jobs, max(len(missing), len(unbounded), 1))
+            with Workers(partial(Runner, study), jobs_wanted) as workers:
                 _check(study, workers, missing)
                 for case, result in workers.each("run", by_seed(missing)):
                     journal.add(keys[case], result)
@@ -169,7 +172,7 @@ def compare(
     )
 
 
-def _opened(folder: Path) -> Journal:
+def _opened(folder: Path) -> Journal[Outcome]:
     """The journal in the folder, which is made. What others wrote there is not written over."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -183,7 +186,7 @@ def _opened(folder: Path) -> Journal:
                 raise InputError(
                     folder, f"holds a {name} that is of no comparison", "choose another --out"
                 )
-    return Journal(folder / JOURNAL)
+    return Journal(folder / JOURNAL, Outcome.read)
 
 
 def _check(study: Study, workers: Workers, missing: Sequence[Case]) -> None:

@@ -1,10 +1,10 @@
-"""Processes that play cases. One that dies costs the case it was at, not the comparison."""
+"""Processes that play cases. One that dies costs the case it was at, not all the others."""
 
 import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
@@ -15,12 +15,11 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from conav.errors import InputError
-from conav.experiments.compare.cases import Case, Ground, Study
 from conav.experiments.compare.outcome import Failure
-from conav.experiments.compare.run_case import Runner
+
+Task = TypeVar("Task")
 
 READY = "ready"
-Task = TypeVar("Task", Case, Ground)
 
 
 @dataclass(eq=False)
@@ -31,16 +30,18 @@ class _Worker:
 
 
 class Workers:
-    """So many processes with a `Runner` each, or, for one, this process. A context manager.
+    """So many processes with a runner each, or, for one, this process. A context manager.
+
+    `make` is called once in each process and gives the runner, whose methods take a case.
 
     The pool of the standard library gives up altogether when one of its processes dies, for want of
     memory for example.
     """
 
-    def __init__(self, study: Study, jobs: int) -> None:
-        self._study = study
+    def __init__(self, make: Callable[[], Any], jobs: int) -> None:
+        self._make = make
         self._jobs = jobs
-        self._here = Runner(study) if jobs == 1 else None
+        self._here = make() if jobs == 1 else None
         self._workers: list[_Worker] = []
 
     def __enter__(self) -> "Workers":
@@ -60,7 +61,7 @@ class Workers:
             worker.process.join()
 
     def each(self, method: str, cases: Sequence[Task]) -> Iterator[tuple[Task, Any]]:
-        """Each case or ground with what that method of a `Runner` says of it, as they come.
+        """Each case with what that method of a runner says of it, as they come.
 
         At an interrupt from the keyboard those that are there are still handed out.
         """
@@ -107,7 +108,7 @@ class Workers:
     def _started(self) -> _Worker:
         context = get_context("spawn")  # nothing of this process is inherited but what is sent
         pipe, other = context.Pipe()
-        process = context.Process(target=_work, args=(self._study, other), daemon=True)
+        process = context.Process(target=_work, args=(self._make, other), daemon=True)
         # Ctrl-C is for this process; a new one ignores what its parent ignores from the start.
         in_main = threading.current_thread() is threading.main_thread()
         before = signal.getsignal(signal.SIGINT)
@@ -142,16 +143,16 @@ class Workers:
         return f"the process that played it ended ({how})"
 
 
-def _send(worker: _Worker, task: tuple[str, Case | Ground]) -> None:
+def _send(worker: _Worker, task: tuple[str, Any]) -> None:
     with suppress(OSError):  # it died; reading from it will tell
         worker.pipe.send(task)
 
 
-def _work(study: Study, pipe: "Connection[Any, Any]") -> None:
+def _work(make: Callable[[], Any], pipe: "Connection[Any, Any]") -> None:
     """The life of a process: answer until there is nobody to answer to."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    runner = Runner(study)
+    runner = make()
     pipe.send(READY)
     while True:
         try:
