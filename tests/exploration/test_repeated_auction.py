@@ -107,7 +107,8 @@ def test_task_of_a_piece_is_its_cell_nearest_to_a_robot() -> None:
         n_pieces=3,
         costs=np.array([[5.0, 4.0, 7.0, 7.0, inf], [6.0, 6.0, 9.0, 7.0, inf]]),
     )
-    assert task_cells(targets).tolist() == [4, 8]
+    nearest = targets.costs.min(axis=0)
+    assert task_cells(targets.cells, targets.piece, 3, nearest).tolist() == [4, 8]
 
 
 # --- the protocol ---------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,32 +48,32 @@ class DecisionTheoretic:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[TeamMemory, Action, Sequence[Message]]:
-        def assign(
-            targets: Targets,
-            view: TeamView,
-            robots: Sequence[int],
-            positions: NDArray[np.int32],
-        ) -> NDArray[np.int64]:
-            reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
+        return team_step(memory, view, inbox, partial(self._assign, memory))
 
-            def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-                return np.maximum(1.0 - distance / reach, 0.0)
+    def _assign(
+        self,
+        memory: DecisionMemory,
+        targets: Targets,
+        view: TeamView,
+        robots: Sequence[int],
+        positions: NDArray[np.int32],
+    ) -> NDArray[np.int64]:
+        reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
 
-            lost = [
-                cell for robot, cell in memory.sent.items() if robot not in robots and cell >= 0
-            ]
-            goals = assign_by_utility(
-                targets,
-                targets.costs / reach,
-                self.beta,
-                view.lattice.cols,
-                seen,
-                np.array(lost, dtype=np.int64),
-            )
-            memory.sent.update(zip(robots, goals.tolist(), strict=True))
-            return goals
+        def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.maximum(1.0 - distance / reach, 0.0)
 
-        return team_step(memory, view, inbox, assign)
+        lost = [cell for robot, cell in memory.sent.items() if robot not in robots and cell >= 0]
+        goals = assign_by_utility(
+            targets,
+            targets.costs / reach,
+            self.beta,
+            view.lattice.cols,
+            seen,
+            np.array(lost, dtype=np.int64),
+        )
+        memory.sent.update(zip(robots, goals.tolist(), strict=True))
+        return goals
 
 
 def check_beta(beta: float) -> None:

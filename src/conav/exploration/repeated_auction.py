@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.belief import TARGET
-from conav.exploration.frontier_targets import Targets, find_targets, path_costs
+from conav.exploration.frontier_targets import find_pieces, path_costs
 from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
-from conav.geometry.grid_search import path_to, search, search_space
+from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
 from conav.messages.message import Message
 
 # --- what is said ---------------------------------------------------------------------------------
@@ -115,15 +115,20 @@ AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
 # --- the strategy ---------------------------------------------------------------------------------
 
 
-def task_cells(targets: Targets) -> NDArray[np.int64]:
+def task_cells(
+    cells: NDArray[np.int64],
+    piece: NDArray[np.int64],
+    n_pieces: int,
+    nearest: NDArray[np.float64],
+) -> NDArray[np.int64]:
     """The tasks: of every piece of frontier the cell nearest to any robot, in the pieces' order.
 
-    Ties go to the lower cell; a piece nobody can reach is no task.
+    `cells`, `piece` and `n_pieces` are those of `find_pieces`; `nearest` (n_cells,) is the path
+    length from the nearest robot. Ties go to the lower cell; a piece nobody can reach is no task.
     """
-    nearest = targets.costs.min(axis=0)
-    order = np.lexsort((targets.cells, nearest, targets.piece))
-    order = order[np.searchsorted(targets.piece[order], np.arange(targets.n_pieces))]
-    return targets.cells[order[np.isfinite(nearest[order])]]
+    order = np.lexsort((cells, nearest, piece))
+    order = order[np.searchsorted(piece[order], np.arange(n_pieces))]
+    return cells[order[np.isfinite(nearest[order])]]
 
 
 @dataclass
@@ -252,7 +257,10 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
         return []
     memory.auctioneer = following
     heard = _heard(view)
-    tasks = tuple(task_cells(find_targets(view, view.heard_cell[list(heard)])).tolist())
+    cells, piece, n_pieces = find_pieces(view)
+    distance = field_buffer(view.belief.moves.size)
+    fill_distances(view.belief.ground, view.heard_cell[list(heard)].astype(np.int64), distance)
+    tasks = tuple(task_cells(cells, piece, n_pieces, distance[cells]).tolist())
     memory.call = Call(view.step, tasks)
     if _lowest_heard(view) == view.robot:
         _set_costs(memory, view, memory.call)
@@ -328,13 +336,11 @@ def _begin(memory: AuctionMemory, view: TeamView, tasks: tuple[int, ...]) -> Non
         if not keeps_goal(drive, view):
             choose_nearest(drive, view)
     elif tasks[0] != drive.goal or not keeps_goal(drive, view):
-        wanted = np.zeros_like(view.belief.marks)
-        wanted.reshape(-1)[tasks[0]] = 1
-        space = search_space(view.belief.moves.size)
-        if search(view.belief.moves, view.cell, wanted, 1, space) == tasks[0] != view.cell:
+        path, left = shortest_path(view.belief.ground, view.cell, tasks[0])
+        if left > 0:
             drive.goal, drive.looks_for, drive.beside = tasks[0], -1, False
             drive.here = view.cell
-            drive.path, drive.left = path_to(space, view.lattice.cols, tasks[0])
+            drive.path, drive.left = path, left
         else:  # a task it did not bid for in earnest
             choose_nearest(drive, view)
 

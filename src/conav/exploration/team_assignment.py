@@ -11,6 +11,7 @@ alone would.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from conav.exploration.frontier_targets import Targets, find_targets
 from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
 from conav.exploration.types import Action, TeamView
-from conav.geometry.grid_search import path_to, search, search_space
+from conav.geometry.distance_field import shortest_path
 from conav.messages.message import Message
 
 
@@ -82,13 +83,16 @@ def team_step(
 ) -> tuple[TeamMemory, Action, Sequence[Message]]:
     """A step of a strategy that is nothing but a rule of assignment."""
 
-    def plan(view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]) -> list[Order]:
-        targets = find_targets(view, positions)
-        if len(targets.cells) == 0:
-            return [Order(-1)] * len(robots)
-        return [Order(int(goal)) for goal in assign(targets, view, robots, positions)]
+    return planned_step(memory, view, inbox, partial(_plan_targets, assign))
 
-    return planned_step(memory, view, inbox, plan)
+
+def _plan_targets(
+    assign: Assign, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
+) -> list[Order]:
+    targets = find_targets(view, positions)
+    if len(targets.cells) == 0:
+        return [Order(-1)] * len(robots)
+    return [Order(int(goal)) for goal in assign(targets, view, robots, positions)]
 
 
 def planned_step(
@@ -144,14 +148,12 @@ def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
     if goal == drive.goal and keeps_goal(drive, view):
         return
     if goal >= 0:
-        space = search_space(view.belief.moves.size)
-        wanted = np.zeros_like(view.belief.marks)
-        wanted.reshape(-1)[goal] = 1
-        if goal != view.cell and search(view.belief.moves, view.cell, wanted, 1, space) == goal:
+        path, left = shortest_path(view.belief.ground, view.cell, goal)
+        if left > 0:
             drive.goal = goal
             drive.looks_for = order.looks_for
             drive.beside = False
             drive.here = view.cell
-            drive.path, drive.left = path_to(space, view.lattice.cols, goal)
+            drive.path, drive.left = path, left
             return
     choose_nearest(drive, view)
