@@ -17,9 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.frontier_targets import Targets, find_targets
-from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.nearest import (
+    NearestMemory,
+    choose_nearest,
+    drive_on,
+    drive_to,
+    keeps_goal,
+)
 from conav.exploration.types import Action, TeamView
-from conav.geometry.grid_search import path_to, search, search_space
 from conav.messages.message import Message
 
 
@@ -114,10 +119,7 @@ def planned_step(
         said += _lead(memory, view, asking, plan)
     for order in orders:
         _follow(memory, view, order)
-    drive = memory.drive
-    if drive.goal < 0:
-        return memory, Action(finished=True), said
-    return memory, Action(int(drive.path[drive.left - 1]), drive.goal), said
+    return memory, drive_on(memory.drive), said
 
 
 def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan) -> list[Message]:
@@ -140,18 +142,7 @@ def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan)
 def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
     """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
     drive = memory.drive
-    goal = order.goal
-    if goal == drive.goal and keeps_goal(drive, view):
+    if order.goal == drive.goal and keeps_goal(drive, view):
         return
-    if goal >= 0:
-        space = search_space(view.belief.moves.size)
-        wanted = np.zeros_like(view.belief.marks)
-        wanted.reshape(-1)[goal] = 1
-        if goal != view.cell and search(view.belief.moves, view.cell, wanted, 1, space) == goal:
-            drive.goal = goal
-            drive.looks_for = order.looks_for
-            drive.beside = False
-            drive.here = view.cell
-            drive.path, drive.left = path_to(space, view.lattice.cols, goal)
-            return
-    choose_nearest(drive, view)
+    if not drive_to(drive, view, order.goal, order.looks_for):
+        choose_nearest(drive, view)
