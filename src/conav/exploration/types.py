@@ -91,6 +91,7 @@ class Action(NamedTuple):
     direction: int = STAY  # 0 to 7 of `conav.geometry.directions`, or STAY
     goal: int = -1  # planning cell it is heading for, -1 none; for people and for the verifier
     finished: bool = False  # nothing left to explore as far as it knows
+    quiet: bool = False  # its radio is off during the next step; needs `may_be_quiet`
 
 
 class Strategy(Protocol):
@@ -98,6 +99,9 @@ class Strategy(Protocol):
 
     `step` does no input or output and does not change what it is given other than `memory`, which
     is its own; all randomness comes from `rng`. Memory must pickle.
+
+    A strategy that switches radios off (`Action.quiet`) has an attribute `may_be_quiet` that is
+    true. Its robots pass scans on one by one even where everybody hears everybody.
     """
 
     def start(self, view: TeamView, rng: np.random.Generator) -> Any:

@@ -59,21 +59,24 @@ def check_knowledge(
     """
     n = world.n
     eyes = _Eyes(world, observable)
-    known = Knowledge(world.walls.shape, 1 if world.perfect_radio else n)
-    owner = [0 if world.perfect_radio else robot for robot in range(n)]
+    known = Knowledge(world.walls.shape, 1 if world.all_to_all else n)
+    owner = [0 if world.all_to_all else robot for robot in range(n)]
     air = _Air(n)
+    quiet = np.zeros(n, dtype=np.bool_)  # whose radio is off in this step
     for number, step in enumerate(run.steps):
         fresh = [eyes.look(step, robot, known, owner[robot], sight) for robot in range(n)]
         for robot, cells in enumerate(fresh):
             if cells is not None:
                 known.add(owner[robot], cells)
         eyes.close_step()
-        if world.perfect_radio:
+        if world.all_to_all:
             expected = _all_to_all(n, fresh)
         else:
             air.take(fresh)
-            expected = air.exchange(_links(step, world), known)
+            expected = air.exchange(_links(step, world, quiet), known)
         _compare_told(step, expected, radio)
+        _check_quiet(step, quiet, world, radio)
+        quiet = step.quiet != 0
         messages.looked += 1
         said = step.said.astype(np.int64).reshape(-1, 3)  # by minds, on top of the exchange
         count = expected.messages + len(said)
@@ -184,13 +187,23 @@ def _all_to_all(n: int, fresh: list[NDArray[np.int64] | None]) -> _Traffic:
     return _Traffic([], n * (n - 1), (n - 1) * (n * report_bytes(n) + own))
 
 
-def _links(step: StepRecord, world: World) -> NDArray[np.bool_]:
-    """Who hears whom, shape (n, n): both radios reach as far as they are apart."""
+def _check_quiet(step: StepRecord, quiet: NDArray[np.bool_], world: World, check: Check) -> None:
+    """No mind speaks while its radio is off, and none goes silent where all tell all."""
+    for sender in sorted({int(sender) for sender in step.said[::3]}):
+        if sender < len(quiet) and quiet[sender]:
+            check.fault(f"robot {sender} speaks at step {step.step} with its radio off")
+    if world.all_to_all and step.quiet.any():
+        check.fault(f"a radio is switched off at step {step.step} though all tell all")
+
+
+def _links(step: StepRecord, world: World, quiet: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Who hears whom, shape (n, n): both radios are on and reach as far as they are apart."""
     place = world.places(step.cells)
     square = ((place[:, None] - place[None, :]) ** 2).sum(axis=2)
     reach = np.array([np.inf if limit is None else limit for limit in world.radio])
     reach = np.minimum(reach[:, None], reach[None, :])
     linked = (square <= reach**2) & (reach > 0)
+    linked &= ~quiet[:, None] & ~quiet[None, :]
     np.fill_diagonal(linked, False)
     return linked
 

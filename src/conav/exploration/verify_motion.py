@@ -77,6 +77,7 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
         step.wishes,
         step.goals,
         step.finished,
+        step.quiet,
     )
     return (
         all(len(part) == n for part in per_robot)
@@ -90,6 +91,7 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
         and bool((step.headings < 4).all())
         and bool((step.looked < 2).all())
         and bool((step.finished < 2).all())
+        and bool((step.quiet < 2).all())
         and all(bool((step.scan(robot)[0] < world.walls.size).all()) for robot in range(n))
     )
 

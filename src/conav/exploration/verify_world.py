@@ -47,6 +47,7 @@ class World(NamedTuple):
     diagonal: list[bool]
     turning: list[bool]
     radio: list[float | None]  # (n,) [planning cells]
+    all_to_all: bool  # whether everybody tells everybody everything in every step
     apart: bool  # whether robots must not touch
     starts: NDArray[np.int64]
     step_s: float
@@ -57,11 +58,6 @@ class World(NamedTuple):
     @property
     def n(self) -> int:
         return len(self.occlusion)
-
-    @property
-    def perfect_radio(self) -> bool:
-        """Whether everybody hears everybody, always."""
-        return all(limit is None for limit in self.radio)
 
     def fine(self, cell: int) -> tuple[int, int]:
         """The fine cell at a planning cell's centre."""
@@ -124,6 +120,9 @@ def _world(run: Run, header: dict[str, Any]) -> World:
         odd.append(f"a step of {step_s:g} s is not a cell at the fastest robot's speed")
     if not _near(_number(header["radius_m"]), max(radii_m)):
         odd.append("the robots' radius is not the one their moves were made for")
+    all_to_all = _flag(header["all_to_all"])
+    if all_to_all and any(limit is not None for limit in limits):
+        odd.append("all robots tell all others everything, over radios that do not reach them")
     return World(
         walls=(run.cells != 0).astype(np.uint8),
         rows=rows,
@@ -138,6 +137,7 @@ def _world(run: Run, header: dict[str, Any]) -> World:
         radio=[
             None if limit is None else min(_number(limit) / cell_m, rows + cols) for limit in limits
         ],
+        all_to_all=all_to_all,
         apart=header["traffic"] != "none",
         starts=np.array(starts, dtype=np.int64),
         step_s=step_s,

@@ -25,6 +25,7 @@ class StepRecord(NamedTuple):
     wishes: NDArray[np.int8]  # (n,) direction asked for, -1 stay
     goals: NDArray[np.int32]  # (n,) planning cell headed for, -1 none
     finished: NDArray[np.uint8]  # (n,) 1: nothing left to do as far as it knows
+    quiet: NDArray[np.uint8]  # (n,) 1: switches its radio off for the next step
     messages: int  # sent in this step: reports, transfers and what minds said
     bytes: int
 

@@ -79,6 +79,7 @@ class Engine:
         for robot, action in enumerate(actions):
             self.wish[robot] = action[0]
             self.ways[robot] = state.beliefs[robot].moves.item(state.cells.item(robot))
+            state.quiet[robot] = action[3]
         cols = state.problem.plan.lattice.cols
         where = (state.cells, self.wish, self.ways, cols, state.headings, self.turning)
         travel = (self.rate, state.credit, state.travelled, self.outcome)
@@ -148,7 +149,8 @@ class Engine:
                 )
                 state.memories[robot] = memory
                 decision_ns.append(perf_counter_ns() - start)
-                sent.extend(out)
+                if not state.quiet[robot]:
+                    sent.extend(out)
             if not sent:
                 break
             said.extend(sent)
@@ -169,6 +171,10 @@ class Engine:
             state.in_flight = [message for inbox in inboxes for message in inbox]
         for robot, action in enumerate(actions):
             state.finished[robot] = action.finished
+            if action.quiet and not getattr(state.strategy, "may_be_quiet", False):
+                raise ValueError(
+                    f"robot {robot} switches its radio off; its strategy lacks may_be_quiet = True"
+                )
         return actions, said
 
     def _heard_by(self, state: WorldState) -> tuple[list[NDArray[np.int32]], ...]:

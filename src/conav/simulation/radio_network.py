@@ -4,7 +4,8 @@ Each step every robot sends a report to every robot in reach: its position and h
 each teammate it holds. What a receiver then lacks it gets from the neighbour that holds most, the
 lower number first. A robot that learned something this way and has a neighbour that, as far as it
 can tell, lacks it, reports again; so within one step news reaches everybody connected through
-others. With a perfect radio all hear all, so one report with the sender's own new scan is enough.
+others. Where all hear all in every step, one report with the sender's own new scan is enough; no
+scans are kept. Strategies that may switch a radio off (`Action.quiet`) do without that shortcut.
 """
 
 from typing import NamedTuple
@@ -37,7 +38,10 @@ class Exchange(NamedTuple):
 
 
 def links(state: WorldState) -> NDArray[np.bool_]:
-    """Which robots hear each other now, shape (n, n), symmetric, False on the diagonal."""
+    """Which robots hear each other now, shape (n, n), symmetric, False on the diagonal.
+
+    A robot whose radio is off in this step neither hears nor is heard.
+    """
     n = state.n_robots
     lattice = state.problem.plan.lattice
     row, col = np.divmod(state.cells.astype(np.int64), lattice.cols)
@@ -48,6 +52,8 @@ def links(state: WorldState) -> NDArray[np.bool_]:
             limit = robot.radio.range_m / lattice.cell_m
             heard[i] &= (square[i] <= limit * limit) & (limit > 0)
     heard &= heard.T
+    heard[state.quiet] = False
+    heard[:, state.quiet] = False
     np.fill_diagonal(heard, False)
     return heard
 
@@ -58,7 +64,7 @@ def exchange(state: WorldState, fresh: list[Scan | None], scratch: NDArray[np.in
     Brings held scans, beliefs and last heard positions up to date; `fresh` is each robot's new
     scan, if it made one.
     """
-    if state.problem.perfect_radio:
+    if state.all_to_all:
         return _all_to_all(state, fresh, scratch)
     before = state.held.copy()
     for robot, scan in enumerate(fresh):

@@ -64,7 +64,7 @@ def run_exploration(
     engine = engine_for(state)
     recorder = _Recorder(writer, problem, state) if writer is not None else None
     if recorder is not None:
-        recorder.begin(_header(problem, strategy, name))
+        recorder.begin(_header(state, name))
     told = _Counters(state)  # as of the last step that was recorded
     covered: list[int] = []
     decision_ns: list[int] = []
@@ -145,7 +145,8 @@ def team_map(state: WorldState) -> NDArray[np.uint8]:
     return np.where(seen, walls, np.uint8(UNKNOWN))
 
 
-def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[str, Any]:
+def _header(state: WorldState, name: str) -> dict[str, Any]:
+    problem, strategy = state.problem, state.strategy
     plan = problem.plan
     return {
         "format": FORMAT,
@@ -158,6 +159,7 @@ def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[
         "seed": problem.seed,
         "max_time_s": problem.max_time_s,
         "traffic": problem.traffic,
+        "all_to_all": state.all_to_all,
         "step_s": problem.step_s,
         "strategy": name,
         "settings": _plain(strategy) if is_dataclass(strategy) else {},
@@ -208,7 +210,7 @@ class _Recorder:
         if total:
             seen = np.concatenate(parts) if len(parts) > 1 else parts[0]
             scans = seen.view(np.uint32) | self.occupied[seen]
-        wishes, goals, finished = zip(*events.actions, strict=True)
+        wishes, goals, finished, quiet = zip(*events.actions, strict=True)
         time_ns = events.step * self.step_ns
         self.writer.step(
             time_ns,
@@ -224,6 +226,7 @@ class _Recorder:
                 np.array(wishes, dtype=np.int8),
                 np.array(goals, dtype=np.int32),
                 np.array(finished, dtype=np.uint8),
+                np.array(quiet, dtype=np.uint8),
                 events.messages,
                 events.bytes,
             ),

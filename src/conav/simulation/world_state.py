@@ -34,7 +34,8 @@ class WorldState:
     cells: NDArray[np.int32]  # (n,) planning cell of each robot
     headings: NDArray[np.int8]  # (n,) direction 0 to 3
     beliefs: list[Belief]  # (n,) shared where equal
-    scans: list[list[Scan]]  # per robot, in order; a perfect radio keeps none
+    all_to_all: bool  # everybody tells everybody everything, always: see `radio_network`
+    scans: list[list[Scan]]  # per robot, in order; none are kept where all tell all
     held: NDArray[np.int32]  # (n, n) scans of robot column held by robot row
     heard_cell: NDArray[np.int32]  # (n, n) where robot column was when robot row last heard it
     heard_step: NDArray[np.int32]  # (n, n) the step of that, -1 never
@@ -52,6 +53,7 @@ class WorldState:
     travelled: NDArray[np.float64]  # (n,) [cells]
     credit: NDArray[np.float64]  # (n,) [cells] of travel earned and not used
     finished: NDArray[np.bool_]  # (n,) its mind has nothing left to do
+    quiet: NDArray[np.bool_]  # (n,) its radio is off in this step
     messages: int = 0
     bytes: int = 0
     decisions: list[Any] = field(default_factory=list)
@@ -87,6 +89,7 @@ def new_world(
         cells=np.array(problem.starts, dtype=np.int32),
         headings=np.array([int(rng.integers(4)) for rng in generators], dtype=np.int8),
         beliefs=[belief] * n,
+        all_to_all=problem.perfect_radio and not getattr(strategy, "may_be_quiet", False),
         scans=[[] for _ in range(n)],
         held=np.zeros((n, n), dtype=np.int32),
         heard_cell=np.full((n, n), -1, dtype=np.int32),
@@ -105,4 +108,5 @@ def new_world(
         travelled=np.zeros(n, dtype=np.float64),
         credit=np.zeros(n, dtype=np.float64),
         finished=np.zeros(n, dtype=np.bool_),
+        quiet=np.zeros(n, dtype=np.bool_),
     )

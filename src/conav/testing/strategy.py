@@ -111,6 +111,7 @@ class _Watched:
 
     def __init__(self, strategy: Strategy) -> None:
         self.strategy = strategy
+        self.may_be_quiet: bool = getattr(strategy, "may_be_quiet", False)
 
     def start(self, view: TeamView, rng: np.random.Generator) -> Any:
         return self.strategy.start(view, rng)
