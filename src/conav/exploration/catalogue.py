@@ -24,6 +24,7 @@ STRATEGIES: dict[str, str] = {
     "potential": "conav.exploration.potential:Potential",
     "potential-improved": "conav.exploration.potential_improved:PotentialImproved",
     "potential-frontier": "conav.exploration.potential_frontier:PotentialFrontier",
+    "potential-quiet": "conav.exploration.potential_quiet:PotentialQuiet",
     "better-response": "conav.exploration.better_response:BetterResponse",
     "marginal-contribution": "conav.exploration.marginal_contribution:MarginalContribution",
     "uncoordinated": "conav.exploration.uncoordinated:Uncoordinated",
