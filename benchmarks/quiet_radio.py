@@ -1,6 +1,6 @@
 """Time against bandwidth for `potential-quiet`: a table, bandwidth.csv and the pictures.
 
-    python benchmarks/quiet_radio.py --out study              # 60 layouts, about ten minutes
+    python benchmarks/quiet_radio.py --out study              # 40 layouts, about ten minutes
     python benchmarks/quiet_radio.py --out study --layouts 6  # one minute
 
 Runs are kept in the folder; the same command goes on where it was stopped.
@@ -31,7 +31,7 @@ def show(at: Estimate, digits: int) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("quiet-radio"))
-    parser.add_argument("--layouts", type=int, default=60)
+    parser.add_argument("--layouts", type=int, default=40)
     parser.add_argument("--jobs", type=int, default=None)
     options = parser.parse_args()
     rows = quiet_radio(

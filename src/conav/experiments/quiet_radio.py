@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
+from pathlib import Path
 from typing import Any
 
 from conav.experiments.compare.compare import compare
@@ -81,7 +82,7 @@ class Bandwidth:
 def quiet_radio(
     folder: str | os.PathLike[str],
     *,
-    layouts: int = 60,
+    layouts: int = 40,
     teams: Sequence[QuietTeam] = TEAMS,
     jobs: int | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -144,7 +145,7 @@ def write_bandwidth(rows: Sequence[Bandwidth], path: str | os.PathLike[str]) -> 
         estimates = (row.bytes, row.total, *row.times, *row.ratios)
         numbers = [f"{value:.6g}" for at in estimates for value in at[:3]]
         table.writerow([row.label, row.family, row.finished, *numbers])
-    with whole_file(path) as stream:
+    with whole_file(Path(path)) as stream:
         stream.write(lines.getvalue().encode())
 
 

@@ -8,6 +8,7 @@ drives about blindly where all that is known. Here it then goes to a frontier, c
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from conav.exploration.nearest import (
     drive_to,
     keeps_goal,
 )
+from conav.exploration.team_assignment import Assign
 from conav.exploration.turn_sequences import (
     Tie,
     TurnMemory,
@@ -67,6 +69,9 @@ class PotentialFrontier:
     frontier needs searches, one from each robot it hears.
     """
 
+    assign: ClassVar[Assign] = staticmethod(assign_by_rank)
+    """The rule that gives it a frontier: ranks measured best, see benchmarks/frontier_rules.py."""
+
     epsilon: float = 1.0
     """Probability with which a robot may change its action in a step of the game."""
     patience: int = 1
@@ -96,7 +101,7 @@ class PotentialFrontier:
             return memory, forward(view), ()
         gains = sequence_gains(memory, view)
         if self._used_up(memory, view, int(gains.max())):
-            _set_out(memory, view)
+            _set_out(memory, view, self.assign)
             return memory, drive_on(memory.drive), ()
         turn = 0
         if not clear_ahead(view):
@@ -122,8 +127,8 @@ class PotentialFrontier:
         return memory.without >= self.patience or view.step - memory.known_since >= STALE_STEPS
 
 
-def _set_out(memory: FrontierGameMemory, view: TeamView) -> None:
-    """Choose a frontier by rank among the robots heard in this step, or the nearest place left."""
+def _set_out(memory: FrontierGameMemory, view: TeamView, assign: Assign) -> None:
+    """Take what the rule gives it among the robots it hears, or the nearest place left."""
     memory.driving = True
     memory.drives += 1
     near = np.flatnonzero(view.heard_step == view.step)
@@ -131,7 +136,7 @@ def _set_out(memory: FrontierGameMemory, view: TeamView) -> None:
     targets = find_targets(view, positions)
     goal = -1
     if len(targets.cells):
-        goals = assign_by_rank(targets, view, near.tolist(), positions)
+        goals = assign(targets, view, near.tolist(), positions)
         goal = int(goals[np.searchsorted(near, view.robot)])
     if not drive_to(memory.drive, view, goal):
         choose_nearest(memory.drive, view)

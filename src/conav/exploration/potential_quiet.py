@@ -3,7 +3,8 @@
 [Philip2014] closes with a game in which robots do not communicate at every step. Here a robot plays
 Algorithm 2 with what it has seen and heard so far and keeps its radio off most of the time. Two
 robots hear each other only when both radios are on, so when to switch on must follow from what both
-know: the clock, and the places of both when they last heard each other.
+know: the clock, and the places of both when they last heard each other. The second is the idea of
+self-triggered coordination [Nowzari2012]: from what was heard follows how long it can serve.
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,10 @@ class PotentialQuiet:
     that step, again and again for as long as they do not hear each other. At other steps, and when
     it has discovered fewer than `news` cells since it last heard somebody, a robot neither sends
     nor hears; it decides by its own map.
+
+    With a perfect radio, straight moves, and a radius of two sensor ranges and two cells nothing is
+    missed that could matter for a decision: the run is that of `Potential`, step by step. A robot
+    looks at most two cells and a range ahead, and a teammate has seen a range from where it was.
     """
 
     may_be_quiet: ClassVar[bool] = True
@@ -94,7 +99,7 @@ class PotentialQuiet:
         for other in heard:
             r, c = divmod(int(view.heard_cell[other]), cols)
             apart = sqrt((r - row) ** 2 + (c - col) ** 2) - self.within_m / view.lattice.cell_m
-            # Nobody drives more than a cell in a step, so two come nearer by two at most.
+            # Each earns a cell of travel in a step at most, so two come nearer by two.
             memory.due[other] = view.step + max(ceil(apart / 2), 1)
 
     def _talks(self, memory: QuietMemory, view: TeamView) -> bool:
