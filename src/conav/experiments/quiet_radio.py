@@ -44,24 +44,20 @@ class QuietTeam:
 
 
 def _clock(every: int, news: int = 0) -> QuietTeam:
-    label, family = _with_news(f"k = {every}", "every k steps", news)
+    label, family = f"k = {every}", "every k steps"
+    if news:
+        label, family = f"{label}, {news} new", f"{family}, {news} new cells"
     return QuietTeam(label, family, {"every": every, "news": news})
 
 
-def _near(within_m: float, news: int = 0) -> QuietTeam:
-    label, family = _with_news(f"r = {within_m:g}", "within r", news)
-    return QuietTeam(label, family, {"every": 0, "within_m": within_m, "news": news})
-
-
-def _with_news(label: str, family: str, news: int) -> tuple[str, str]:
-    return (f"{label}, {news} new", f"{family}, {news} new cells") if news else (label, family)
+def _near(within_m: float) -> QuietTeam:
+    return QuietTeam(f"r = {within_m:g}", "within r", {"every": 0, "within_m": within_m})
 
 
 TEAMS: tuple[QuietTeam, ...] = (
     *(_clock(every) for every in (1, 2, 5, 10, 20, 50, 100, int(MAX_TIME_S))),
     *(_clock(every, 20) for every in (1, 2, 5, 10, 20, 50, 100)),
     *(_near(within_m) for within_m in (1.0, 2.0, 4.0, 6.0, 10.0)),
-    *(_near(within_m, 20) for within_m in (1.0, 2.0, 4.0, 6.0, 10.0)),
 )
 """With the longest k robots talk in the first step only."""
 
