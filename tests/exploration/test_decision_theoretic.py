@@ -182,6 +182,7 @@ def asked(
         problem.plan.lattice,
         state.heard_cell[0],
         state.heard_step[0],
+        state.in_touch[0],
     )
     new, action, said = strategy.step(memory, view, [], np.random.default_rng(0))
     assert isinstance(new, DecisionMemory)

@@ -96,7 +96,7 @@ class MarginalContribution:
         if memory.asked_at < view.step:
             memory.asked_at = view.step
             memory.sequence = self._first(memory, view, rng)
-            near = np.flatnonzero(view.heard_step == view.step).tolist()
+            near = np.flatnonzero(view.in_touch).tolist()
             near.remove(view.robot)
             if near:
                 # Each of them tells in this step too, so the game waits for that.

@@ -109,7 +109,7 @@ class PotentialImproved:
         if memory.told_at < view.step:
             memory.told_at = view.step
             tidings = _update_own_set(memory, view)
-            near = np.flatnonzero(view.heard_step == view.step).tolist()
+            near = np.flatnonzero(view.in_touch).tolist()
             near.remove(view.robot)
             if near:
                 # Each of them tells in this step too, so the decision waits for that.

@@ -414,9 +414,9 @@ def _any_target(view: TeamView) -> bool:
 
 def _heard(view: TeamView) -> tuple[int, ...]:
     """The robots it hears now, itself included, ascending."""
-    return tuple(np.flatnonzero(view.heard_step == view.step).tolist())
+    return tuple(np.flatnonzero(view.in_touch).tolist())
 
 
 def _lowest_heard(view: TeamView) -> int:
     """The number of its auctioneer."""
-    return int(np.argmax(view.heard_step == view.step))
+    return int(np.argmax(view.in_touch))

@@ -206,7 +206,7 @@ class _Turn:
 
     def __post_init__(self) -> None:
         view = self.view
-        self.near = np.flatnonzero(view.heard_step == view.step).tolist()
+        self.near = np.flatnonzero(view.in_touch).tolist()
         self.others = [robot for robot in self.near if robot != view.robot]
         self.half = half_footprint(view.body.sensor.range_m, view.lattice)
         self.footprint_m = 2.0 * view.body.sensor.range_m

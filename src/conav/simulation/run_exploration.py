@@ -17,9 +17,10 @@ from conav.maps.occupancy_grid import UNKNOWN
 from conav.runs.schemas import FORMAT
 from conav.runs.types import OCCUPIED_BIT, StepRecord
 from conav.runs.writer import RunWriter
+from conav.simulation.conditions import to_come
 from conav.simulation.engine import StepEvents, engine_for
 from conav.simulation.observable import observable_cells
-from conav.simulation.world_state import WorldState, new_world
+from conav.simulation.world_state import ABSENT, DEAD, WorldState, new_world
 from conav.status import Status
 
 POSE_EVERY_S = 2.0  # [s] simulated, between two poses on the ROS topics
@@ -85,12 +86,12 @@ def run_exploration(
             if covered[-1] == state.n_observable:
                 status = Status.DONE
                 break
-            if still >= STILL_STEPS or (state.finished.all() and not state.in_flight):
+            if _is_stuck(state, still):
                 status = Status.STUCK
                 break
             if state.step >= last_step:
                 break
-            still = 0 if engine.move(state, events.actions) else still + 1
+            still = 0 if engine.move(state, events.actions) or to_come(state) else still + 1
     except KeyboardInterrupt:
         interrupted = True
     compute_s = perf_counter() - start
@@ -123,6 +124,19 @@ def run_exploration(
         interrupted=interrupted,
         digest=writer.digest if writer is not None else None,
     )
+
+
+def _is_stuck(state: WorldState, still: int) -> bool:
+    """Whether nothing will happen any more, or seems so."""
+    if still >= STILL_STEPS:
+        return True
+    if not state.problem.breakable:
+        return bool(state.finished.all()) and not state.in_flight
+    condition = state.condition
+    if (condition == DEAD).all():
+        return True
+    waits = bool(state.in_flight) or bool((condition == ABSENT).any())
+    return not waits and bool(state.finished[condition != DEAD].all())
 
 
 class _Counters:
@@ -160,6 +174,7 @@ def _header(state: WorldState, name: str) -> dict[str, Any]:
         "max_time_s": problem.max_time_s,
         "traffic": problem.traffic,
         "all_to_all": state.all_to_all,
+        "faults": [_plain(fault) for fault in problem.faults],
         "step_s": problem.step_s,
         "strategy": name,
         "settings": _plain(strategy) if is_dataclass(strategy) else {},
@@ -227,6 +242,7 @@ class _Recorder:
                 np.array(goals, dtype=np.int32),
                 np.array(finished, dtype=np.uint8),
                 np.array(quiet, dtype=np.uint8),
+                events.condition,
                 events.messages,
                 events.bytes,
             ),
