@@ -248,6 +248,13 @@ def _print_summary(done: Any, out: Path | None, png: Path | None, gif: Path | No
         f"{done.result.decision_ms['mean']:.2g} ms a decision; "
         f"computed in {done.result.compute_s:.3g} s"
     )
+    events = [
+        f"{event['robot']} {event['event']} at {event['time_s']:.4g} s"
+        for event in summary["robot_events"]
+    ]
+    if events:
+        more = f" and {len(events) - 8} more" if len(events) > 8 else ""
+        print("  " + ", ".join(events[:8]) + more)
     for what, path in (("run file", out), ("picture", png), ("animation", gif)):
         if path is not None:
             print(f"  {what}: {path}")

@@ -110,7 +110,7 @@ def planned_step(
                 # Until it is told it goes where it would go alone.
                 choose_nearest(memory.drive, view)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
-    elif asking and memory.assigned < view.step:
+    if asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)
     for order in orders:
         _follow(memory, view, order)

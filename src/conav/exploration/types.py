@@ -128,6 +128,12 @@ class TeamView(NamedTuple):
     in_touch: NDArray[np.bool_]  # (n_robots,) whether messages go to and fro, itself included
     """Heard in this step; where radios are slow or lose messages, heard of as lately as they let
     one expect: `ExplorationProblem.delay_steps` and `patience_steps` ago."""
+    delay_steps: int = 0  # a message sent in this step arrives so many steps later
+
+    @property
+    def prompt(self) -> bool:
+        """Whether all that is said arrives in the step it is said in."""
+        return self.delay_steps == 0 and self.body.radio.loss == 0.0
 
 
 class Action(NamedTuple):

@@ -258,6 +258,7 @@ class Engine:
             heard_cell[robot],
             heard_step[robot],
             in_touch[robot],
+            problem.delay_steps,
         )
 
 

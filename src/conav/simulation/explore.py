@@ -75,6 +75,7 @@ class Exploration:
             "balance": metrics.balance,
             "messages": metrics.messages,
             "bytes": metrics.bytes,
+            "robot_events": [event._asdict() for event in self.result.events],
             "decision_ms": self.result.decision_ms,
             "compute_s": self.result.compute_s,
             "run": str(self.run) if self.run is not None else None,
@@ -236,7 +237,7 @@ def make_link(value: str | float | Radio, loss: float = 0.0, delay_s: float = 0.
         raise InputError(
             f"radio {value!r}",
             f"is neither {', '.join(RADIOS)} nor a range",
-            "give one of these or metres",
+            'give "perfect", "off", "path-loss" or metres',
         ) from None
     _number("radio", range_m, 0, 1e6)
     return make_radio("limited", range_m, loss=loss, delay_s=delay_s)
