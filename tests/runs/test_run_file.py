@@ -42,6 +42,7 @@ def step_records(draw: st.DrawFn) -> StepRecord:
         draw(numbers(np.int32, n)),
         draw(numbers(np.uint8, n)),
         draw(numbers(np.uint8, n)),
+        draw(numbers(np.uint8, n)),
         draw(st.integers(0, 2**32 - 1)),
         draw(st.integers(0, 2**64 - 1)),
     )
@@ -99,7 +100,7 @@ def test_scans_are_told_apart() -> None:
         np.array([7, 8 | OCCUPIED_BIT, 9 | OCCUPIED_BIT], np.uint32),
         np.empty(0, np.uint32),
         np.empty(0, np.uint32),
-        *(np.zeros(3, kind) for kind in (np.int8, np.int32, np.uint8, np.uint8)),
+        *(np.zeros(3, kind) for kind in (np.int8, np.int32, np.uint8, np.uint8, np.uint8)),
         0,
         0,
     )

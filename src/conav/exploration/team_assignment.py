@@ -106,7 +106,7 @@ def planned_step(
     if memory.began < view.step:
         memory.began = view.step
         if not keeps_goal(memory.drive, view):
-            near = np.flatnonzero(view.heard_step == view.step)
+            near = np.flatnonzero(view.in_touch)
             leader = int(near.min())
             if leader == view.robot:
                 said += _lead(memory, view, asking, plan)
@@ -115,7 +115,7 @@ def planned_step(
                 # Until it is told it goes where it would go alone.
                 choose_nearest(memory.drive, view)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
-    elif asking and memory.assigned < view.step:
+    if asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)
     for order in orders:
         _follow(memory, view, order)
@@ -126,7 +126,7 @@ def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan)
     """The orders to the others; takes its own."""
     memory.assigned = view.step
     memory.assignments += 1
-    near = np.flatnonzero(view.heard_step == view.step)
+    near = np.flatnonzero(view.in_touch)
     orders = plan(view, near.tolist(), view.heard_cell[near])
     lowest = int(near.min()) == view.robot
     said: list[Message] = []

@@ -122,6 +122,8 @@ class TwoStageMemory:
     board: Board | None = None
     early: list[News] = field(default_factory=list[News])  # news from before it had a board
     contacts: frozenset[int] = frozenset()  # whom it heard in the last step
+    places: tuple[int, ...] = ()  # where it last heard each robot
+    stirred: list[int] = field(default_factory=list[int])  # the step each was first heard there
     rectangle: Rectangle | None = None
     looked_leg: int = -1
     path: Path = field(default_factory=Path)
@@ -167,7 +169,7 @@ class TwoStage:
     auction_wait_s: float = 5.0
     """How long robots stand still in an auction period [s]."""
     silence_s: float = 120.0
-    """A section awarded to a robot not heard for longer than this is free again [s]."""
+    """A section awarded to a robot not heard, or not seen to move, for longer is free again [s]."""
 
     def __post_init__(self) -> None:
         for name in ("cluster_m", "probe_m", "task_width_m"):
@@ -206,7 +208,7 @@ class _Turn:
 
     def __post_init__(self) -> None:
         view = self.view
-        self.near = np.flatnonzero(view.heard_step == view.step).tolist()
+        self.near = np.flatnonzero(view.in_touch).tolist()
         self.others = [robot for robot in self.near if robot != view.robot]
         self.half = half_footprint(view.body.sensor.range_m, view.lattice)
         self.footprint_m = 2.0 * view.body.sensor.range_m
@@ -217,6 +219,7 @@ class _Turn:
         begins = memory.began < self.view.step
         memory.began = self.view.step
         if begins:
+            self._watch()
             self._greet()
             if memory.phase is Phase.VOTE and memory.candidate >= 0:
                 self._elect()  # with the votes that arrived
@@ -232,6 +235,20 @@ class _Turn:
             self._run_auction()  # it may have joined its own
             if memory.phase is Phase.APPROACH and memory.action == _STAY:
                 memory.action = self._decide()
+
+    def _watch(self) -> None:
+        """Note who moved. The dead are not heard; one that stalled is, and gets nowhere."""
+        memory, view = self.memory, self.view
+        places = tuple(view.heard_cell.tolist())
+        if places == memory.places:
+            return
+        if not memory.places:
+            memory.stirred = [-1] * len(places)
+        else:
+            for robot, (before, now) in enumerate(zip(memory.places, places, strict=True)):
+                if before != now:
+                    memory.stirred[robot] = int(view.heard_step[robot])
+        memory.places = places
 
     # --- what is said -----------------------------------------------------------------------------
 
@@ -439,7 +456,7 @@ class _Turn:
         """The sections that are somebody's who is heard of."""
         view = self.view
         limit = self.settings.silence_s * view.step / view.time_s if view.step else 0.0
-        return self.board.held(self.board.silent(view.heard_step, view.step, limit, view.robot))
+        return self.board.held(self.board.silent(self.memory.stirred, view.step, limit, view.robot))
 
     def _offer(self, robots: int) -> list[Section]:
         width = (self.settings.task_width_m or self.footprint_m) / self.view.lattice.cell_m

@@ -23,6 +23,7 @@ int8[] wishes
 int32[] goals
 uint8[] finished
 uint8[] quiet
+uint8[] condition
 uint32 messages
 uint64 bytes
 """,

@@ -84,7 +84,7 @@ def compare(
 
     `maps` are built-in names, files or grids. `strategies` are names, NAME=STRATEGY for a second
     one of a kind, or by name: strategies of the catalogue or objects of your own. `radios` are
-    "perfect", "off" or ranges [m]; None is perfect, or what a strategy is made for. Run k has the
+    "perfect", "off", "path-loss" or ranges [m]; None is perfect, or what a strategy is made for. Run k has the
     seed `seed` + k, so all strategies start it from the same places. `settings` are by the
     strategy's name here. `world` are the fields of `World`, as for `conav.explore`; `max_time_s` is
     the time limit [s] that runs without an end are counted at.
@@ -107,7 +107,7 @@ def compare(
         runs=runs,
         seed=seed,
         settings=settings or {},
-        world=World(**world),
+        world=World(**{**world, "faults": tuple(world.get("faults", ()))}),
     )
     target = Path(folder)
     warnings: list[str] = []

@@ -6,6 +6,7 @@ from math import isfinite
 from conav.experiments.compare.cases import OWN_RADIO, Group, Study
 from conav.experiments.compare.tables import MEASURES, SHARES, Line, Ratio, Table, Times, Total
 from conav.intervals import Estimate
+from conav.robots.radio import RADIOS
 
 AT_LEAST = "\N{GREATER-THAN OR EQUAL TO}"
 AT_MOST = "\N{LESS-THAN OR EQUAL TO}"
@@ -81,7 +82,7 @@ def part_text(study: Study, name: str, value: float | str) -> str:
     if value == OWN_RADIO:
         own = [f"{team.name} {team.radio}" for team in study.teams if team.radio]
         return f"radio perfect ({', '.join(own)})"
-    return f"radio {value}" if value in ("perfect", "off") else f"radio {value} m"
+    return f"radio {value}" if value in RADIOS else f"radio {value} m"
 
 
 def _parts(group: Group) -> Iterable[tuple[str, float | str]]:
