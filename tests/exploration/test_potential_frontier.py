@@ -305,6 +305,22 @@ def test_finishes_and_is_accepted(name: str, motion: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
+    "trouble",
+    [{"loss": 0.3}, {"delay_s": 3.0}, {"faults": ["robot_1:dies:20", "robot_2:stalls:10:30"]}],
+)
+def test_finishes_with_faults_and_bad_radios(trouble: dict[str, Any], tmp_path: Path) -> None:
+    for name in ("office", "cave"):
+        grid = conav.builtin_map(name, width_m=8, height_m=8, seed=3)
+        out = tmp_path / "run.mcap"
+        done = conav.explore(
+            grid, strategy="potential-frontier", range_m=2.0, seed=3, out=out, **trouble
+        )
+        assert done.status == "done"
+        report = conav.verify_exploration(conav.read_run(out))
+        assert report.accepted, report.lines()
+
+
+@pytest.mark.parametrize(
     "file",
     [
         "navigation2/tb3_sandbox.yaml",

@@ -196,6 +196,27 @@ def test_finishes_and_is_accepted(
         assert report.accepted, report.lines()
 
 
+@pytest.mark.parametrize("radio", [{"delay_s": 3.0}, {"loss": 0.4}, {"loss": 0.2, "delay_s": 2.0}])
+@pytest.mark.parametrize("settings", [{"every": 20}, {"every": 0, "within_m": 3.0}])
+def test_slow_and_lossy_radios(
+    settings: dict[str, Any], radio: dict[str, float], tmp_path: Path
+) -> None:
+    out = tmp_path / "run.mcap"
+    run = recorded(out, settings=settings, seed=2, max_time_s=8000.0, **radio)
+    assert run.result is not None
+    assert run.result["status"] == "done"
+    report = conav.verify_exploration(run)
+    assert report.accepted, report.lines()
+    assert sum(len(step.told) for step in run.steps) > 3 * 10
+    assert any(step.quiet.any() for step in run.steps)
+
+
+def test_who_talks_through_a_slow_radio_waits_for_the_answer(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run.mcap", settings={"every": 20}, delay_s=2.0)
+    for number, on in enumerate(radios(run)[:-1]):
+        assert on == [number % 20 <= 3 * 2] * 3
+
+
 @given(
     every=st.integers(0, 12),
     within=st.sampled_from([0.0, 0.5, 2.0, 5.0, 1e6]),

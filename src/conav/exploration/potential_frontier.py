@@ -131,7 +131,7 @@ def _set_out(memory: FrontierGameMemory, view: TeamView, assign: Assign) -> None
     """Take what the rule gives it among the robots it hears, or the nearest place left."""
     memory.driving = True
     memory.drives += 1
-    near = np.flatnonzero(view.heard_step == view.step)
+    near = np.flatnonzero(view.in_touch)
     positions = view.heard_cell[near]
     targets = find_targets(view, positions)
     goal = -1

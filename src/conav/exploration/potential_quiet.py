@@ -20,14 +20,18 @@ from conav.exploration.turn_sequences import Draw, Tie, TurnMemory, check_settin
 from conav.exploration.types import Action, TeamView
 from conav.messages.message import Message
 
+_NOBODY = np.empty(0, dtype=np.int32)
+
 
 @dataclass
 class QuietMemory(TurnMemory):
     """The sequence under way, and what the radio waits for."""
 
-    due: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    heard: NDArray[np.int32] = field(default_factory=lambda: _NOBODY)  # `heard_step` a step ago
+    due: NDArray[np.int32] = field(default_factory=lambda: _NOBODY)
     """The step at which each teammate might be within the radius again, shape (n_robots,)."""
     known: int = 0  # cells known when it last heard somebody
+    until: int = 0  # the last step of the talk under way
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,10 @@ class PotentialQuiet:
     The future work of that paper (section 5). A radio is on at every `every`-th step, and when a
     teammate might be within `within_m`: robots that heard each other at a distance d cannot be
     nearer than the radius before (d - radius) / 2 has been driven by each, and both switch on at
-    that step, again and again for as long as they do not hear each other. At other steps, and when
-    it has discovered fewer than `news` cells since it last heard somebody, a robot neither sends
-    nor hears; it decides by its own map.
+    that step, again and again for as long as they do not hear each other. Through slow radios a
+    talk goes on until answers had time to arrive. At other steps, and when it has discovered fewer
+    than `news` cells since it last heard somebody, a robot neither sends nor hears; it decides by
+    its own map.
 
     With a perfect radio, straight moves, and a radius of two sensor ranges and two cells nothing is
     missed that could matter for a decision: the run is that of `Potential`, step by step. A robot
@@ -73,7 +78,12 @@ class PotentialQuiet:
             raise ValueError("every and within_m are both 0, so the radio would never be on")
 
     def start(self, view: TeamView, rng: np.random.Generator) -> QuietMemory:
-        return QuietMemory(due=np.zeros(len(view.heard_step), dtype=np.int64))
+        n = len(view.heard_step)
+        return QuietMemory(
+            heard=np.full(n, -1, dtype=np.int32),
+            due=np.zeros(n, dtype=np.int32),
+            until=3 * view.delay_steps,
+        )
 
     def step(
         self,
@@ -88,8 +98,9 @@ class PotentialQuiet:
         return memory, action._replace(quiet=not self._talks(memory, view)), said
 
     def _hear(self, memory: QuietMemory, view: TeamView) -> None:
-        """Take note of who was heard in this step, and where."""
-        heard = np.flatnonzero(view.heard_step == view.step).tolist()
+        """Take note of who was heard since the last step, and where that one was."""
+        heard = np.flatnonzero(view.heard_step > memory.heard).tolist()
+        memory.heard = view.heard_step.copy()
         heard.remove(view.robot)
         if not heard:
             return
@@ -99,14 +110,22 @@ class PotentialQuiet:
         for other in heard:
             r, c = divmod(int(view.heard_cell[other]), cols)
             apart = sqrt((r - row) ** 2 + (c - col) ** 2) - self.within_m / view.lattice.cell_m
-            # Each earns a cell of travel in a step at most, so two come nearer by two.
-            memory.due[other] = view.step + max(ceil(apart / 2), 1)
+            # Each earns a cell of travel in a step at most, so two come nearer by two; what a slow
+            # radio brings is where the other was some steps ago.
+            age = view.step - int(view.heard_step[other])
+            memory.due[other] = view.step + max(ceil((apart - age) / 2), 1)
 
     def _talks(self, memory: QuietMemory, view: TeamView) -> bool:
         """Whether the radio is on in the next step."""
+        step = view.step + 1
+        if self._is_time(memory, view, step):
+            # Through a slow radio a report, a request and an answer take a delay each.
+            memory.until = step + 3 * view.delay_steps
+        return step <= memory.until
+
+    def _is_time(self, memory: QuietMemory, view: TeamView, step: int) -> bool:
         if view.belief.known - memory.known < self.news:
             return False
-        step = view.step + 1
         if self.every > 0 and step % self.every == 0:
             return True
         if self.within_m == 0.0:
