@@ -49,7 +49,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
         seed=3,
         range_m=1.6,
         radio=3.0,
-        energy_j=700.0,
+        energy_j=350.0,
         faults=["robot_0:dies:9", "robot_1:stalls:5:12", "robot_2:joins:7"],
     )
 
@@ -167,7 +167,7 @@ def test_another_condition_than_there_is(run: Run, robot: int) -> None:
 
 
 def test_more_energy_than_there_is(run: Run) -> None:
-    for change in ({"energy_j": 600.0}, {"on_w": 12.0}, {"drive_j_per_m": 25.0}):
+    for change in ({"energy_j": 300.0}, {"on_w": 12.0}, {"drive_j_per_m": 25.0}):
         assert "faults" in broken(with_robots(run, change))
     assert "faults" in broken(with_robots(run, {"energy_j": None}))
 
@@ -204,15 +204,15 @@ def test_what_only_the_dead_knew_does_not_count(tmp_path: Path) -> None:
         tmp_path / "run.mcap",
         grid,
         robots=2,
-        starts=[(2.25, 0.25), (12.25, 0.25)],
+        starts=[(2.25, 0.25), (14.25, 0.25)],
         range_m=1.0,
         radio="off",
-        faults=["robot_1:dies:3"],
+        faults=["robot_1:dies:1"],
     )
     assert broken(run) == ()
     result = run.result
     assert result is not None
-    early = replace(run, steps=run.steps[:4], result={**result, "status": "out_of_budget"})
+    early = replace(run, steps=run.steps[:3], result={**result, "status": "out_of_budget"})
     assert "metrics" in broken(early)
     # Without the death the same steps have seen more: the coverage of the result is too low.
     immortal = replace(run, header={**run.header, "faults": []})
