@@ -106,7 +106,7 @@ class World(NamedTuple):
     @property
     def slow(self) -> bool:
         """Whether messages may be late or lost."""
-        return self.loss > 0.0 or self.delay > 0
+        return not self.all_to_all and (self.loss > 0.0 or self.delay > 0)
 
     @property
     def n(self) -> int:
