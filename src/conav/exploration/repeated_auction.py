@@ -4,7 +4,8 @@ Rules of this file:
 - Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER`. A message
   that has no row, or does not belong to the auction at hand, changes nothing.
 - An auction is over within a step: task ended -> call -> bids -> awards, four message rounds at
-  most. A step that begins finds every robot at the head of its table.
+  most. A step that begins finds every robot at the head of its table. Where messages take time each
+  round takes that; a robot goes back to the head when what it waits for is overdue.
 """
 
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import find_pieces, path_costs
 from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
+from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
@@ -140,6 +142,8 @@ class AuctionMemory:
     idle: bool = False  # others won all it could do; waits for the next auction
     company: tuple[int, ...] = ()  # whom it heard when it became idle
     until_s: float = 0.0  # [s] stands still until then
+    stands: Standstill = field(default_factory=Standstill)
+    stuck: bool = False  # cannot drive; bids for nothing
     began: int = -1  # the last step it began
     bidder: Bidder = Bidder.AT_WORK
     answered: Call = NO_CALL  # the call it bid on last, or its own
@@ -156,15 +160,21 @@ class RepeatedAuction:
     A task is a cell of a piece of frontier. Tasks are sold one by one in first-price reverse
     auctions; a bid is the path cost from the end of what a robot has won already. A robot carries
     out the first task it won. When any task is completed, delayed (the robot was pushed off its
-    path) or failed, all tasks not yet completed are put up for bids again.
+    path) or failed (it has not got on for long), all tasks not yet completed are put up for bids
+    again.
     """
 
     auction_wait_s: float = 0.0
     """How long the robots of an auction stand still for it [s]; 0 or more."""
+    give_up_s: float = 60.0
+    """A task has failed when its robot has not got on for this long [s]; until it moves again it
+    wins nothing."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.auction_wait_s < inf:
             raise ValueError(f"auction_wait_s is {self.auction_wait_s:g}; give 0 or more")
+        if not 0.0 < self.give_up_s < inf:
+            raise ValueError(f"give_up_s is {self.give_up_s:g}; give more than 0")
 
     def start(self, view: TeamView, rng: np.random.Generator) -> AuctionMemory:
         return AuctionMemory()
@@ -179,9 +189,9 @@ class RepeatedAuction:
         said: list[Message] = []
         if memory.began < view.step:
             memory.began = view.step
-            memory.bidder = Bidder.AT_WORK
-            memory.auctioneer = Auctioneer.READY
-            if not _waits(memory, view) and _task_ended(memory, view):
+            _reset(memory, view)
+            failed = self._fails(memory, view)
+            if not _waits(memory, view) and (failed or _task_ended(memory, view)):
                 said += _ask(memory, view)
         for message in inbox:
             body = message.body
@@ -193,6 +203,13 @@ class RepeatedAuction:
                 self._begin(memory, view, body.tasks)
         said += self._close(memory, view, inbox)
         return memory, _action(memory, view), said
+
+    def _fails(self, memory: AuctionMemory, view: TeamView) -> bool:
+        """Whether the robot finds now that it cannot get on with its task."""
+        drives = not memory.idle and memory.drive.goal >= 0 and not _waits(memory, view)
+        was_stuck = memory.stuck
+        memory.stuck = memory.stands.time_s(view, drives) >= self.give_up_s
+        return memory.stuck and not was_stuck
 
     def _close(
         self, memory: AuctionMemory, view: TeamView, inbox: Sequence[Message]
@@ -209,6 +226,8 @@ class RepeatedAuction:
         memory.auctioneer = following
         mine = _lowest_heard(view) == view.robot
         if mine:
+            if view.delay_steps:
+                _set_costs(memory, view, memory.call)  # it has moved since
             offers[view.robot] = memory.costs
         bidders = sorted(offers)
         lists = _sell(memory.call.tasks, [offers[robot] for robot in bidders], view)
@@ -225,6 +244,21 @@ class RepeatedAuction:
         """Begin with what was won in an auction with others."""
         memory.until_s = view.time_s + self.auction_wait_s
         _begin(memory, view, tasks)
+
+
+def _reset(memory: AuctionMemory, view: TeamView) -> None:
+    """Back to the head of the tables, unless an answer may still come."""
+    delay = view.delay_steps
+    awaits_award = (
+        memory.bidder is Bidder.BIDDING and view.step <= memory.answered.auction + 3 * delay
+    )
+    if not (delay and awaits_award):
+        memory.bidder = Bidder.AT_WORK
+    awaits_bids = (
+        memory.auctioneer is Auctioneer.OPEN and view.step <= memory.call.auction + 2 * delay
+    )
+    if not (delay and awaits_bids):
+        memory.auctioneer = Auctioneer.READY
 
 
 def _task_ended(memory: AuctionMemory, view: TeamView) -> bool:
@@ -246,7 +280,10 @@ def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
     auctioneer = _lowest_heard(view)
     if auctioneer == view.robot:
         return _open(memory, view)
-    memory.bidder = BIDDER[memory.bidder, Ended]
+    following = BIDDER.get((memory.bidder, Ended))
+    if following is None:  # an award is under way
+        return []
+    memory.bidder = following
     return [Message(view.robot, auctioneer, view.time_s, Ended())]
 
 
@@ -273,10 +310,12 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
 
 
 def _bid(memory: AuctionMemory, view: TeamView, sender: int, call: Call) -> list[Message]:
-    """The answer to a call by its auctioneer for an auction of this step."""
+    """The answer to a call by its auctioneer for an auction that began when it was sent."""
     following = BIDDER.get((memory.bidder, Call))
     size = view.lattice.rows * view.lattice.cols
-    legal = sender == _lowest_heard(view) != view.robot and call.auction == view.step
+    legal = (
+        sender == _lowest_heard(view) != view.robot and call.auction == view.step - view.delay_steps
+    )
     if following is None or not legal or not all(0 <= task < size for task in call.tasks):
         return []
     memory.bidder = following
@@ -288,7 +327,8 @@ def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
     tasks = np.array(call.tasks, dtype=np.int64)
     here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    memory.costs = tuple(path_costs(view.belief, here, tasks)[0].tolist())
+    costs = path_costs(view.belief, here, tasks)[0]
+    memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
 
 
 def _takes(memory: AuctionMemory, view: TeamView, sender: int, award: Award) -> bool:
@@ -364,9 +404,9 @@ def _any_target(view: TeamView) -> bool:
 
 def _heard(view: TeamView) -> tuple[int, ...]:
     """The robots it hears now, itself included, ascending."""
-    return tuple(np.flatnonzero(view.heard_step == view.step).tolist())
+    return tuple(np.flatnonzero(view.in_touch).tolist())
 
 
 def _lowest_heard(view: TeamView) -> int:
     """The number of its auctioneer."""
-    return int(np.argmax(view.heard_step == view.step))
+    return int(np.argmax(view.in_touch))
