@@ -9,16 +9,16 @@ from types import TracebackType
 from typing import Any
 
 from conav.errors import InputError
-from conav.experiments.compare.outcome import Failure, Outcome
+from conav.experiments.compare.outcome import CaseBounds, Failure, Outcome
 
 JOURNAL = "journal.jsonl"
 
 
 class Journal:
-    """The results of cases by key. Use as a context manager; nobody else may have it open.
+    """Results of cases, and bounds, by key. Use as a context manager; nobody else may have it open.
 
-    A line is the key and the outcome or the failure, as JSON. Each is handed to the system whole,
-    as soon as its run has ended. Of a key with several lines the last counts.
+    A line is the key and the outcome, the failure or the bounds, as JSON. Each is handed to the
+    system whole, as soon as its run has ended. Of a key with several lines the last counts.
 
     Raises `InputError` where the file cannot be written or another comparison is writing it.
     """
@@ -26,6 +26,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.results: dict[str, Outcome | Failure] = {}
+        self.bounds: dict[str, CaseBounds] = {}
         self.unreadable: list[int] = []
         """Lines that are no result, but for a last one that was cut short."""
         try:
@@ -56,6 +57,11 @@ class Journal:
         self._write(json.dumps({"case": json.loads(key), kind: asdict(result)}) + "\n")
         self.results[key] = result
 
+    def add_bounds(self, key: str, bounds: CaseBounds) -> None:
+        """Keep bounds."""
+        self._write(json.dumps({"case": json.loads(key), "bounds": asdict(bounds)}) + "\n")
+        self.bounds[key] = bounds
+
     def _write(self, text: str) -> None:
         data = text.encode()
         try:
@@ -81,6 +87,8 @@ class Journal:
             key = json.dumps(entry["case"], sort_keys=True)
             if "outcome" in entry:
                 self.results[key] = Outcome.read(entry["outcome"])
+            elif "bounds" in entry:
+                self.bounds[key] = CaseBounds.read(entry["bounds"])
             else:
                 self.results[key] = Failure(**entry["failure"])
         except (ValueError, TypeError, KeyError, AttributeError):

@@ -12,14 +12,15 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pickle import PicklingError
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from conav.errors import InputError
-from conav.experiments.compare.cases import Case, Study
+from conav.experiments.compare.cases import Case, Ground, Study
 from conav.experiments.compare.outcome import Failure
 from conav.experiments.compare.run_case import Runner
 
 READY = "ready"
+Task = TypeVar("Task", Case, Ground)
 
 
 @dataclass(eq=False)
@@ -58,8 +59,8 @@ class Workers:
         for worker in self._workers:
             worker.process.join()
 
-    def each(self, method: str, cases: Sequence[Case]) -> Iterator[tuple[Case, Any]]:
-        """Each case with what that method of a `Runner` says of it, as they come.
+    def each(self, method: str, cases: Sequence[Task]) -> Iterator[tuple[Task, Any]]:
+        """Each case or ground with what that method of a `Runner` says of it, as they come.
 
         At an interrupt from the keyboard those that are there are still handed out.
         """
@@ -71,7 +72,7 @@ class Workers:
         while len(self._workers) < min(self._jobs, len(waiting)):
             self._workers.append(self._started())
         idle = list(self._workers)
-        busy: dict[Any, tuple[_Worker, Case]] = {}
+        busy: dict[Any, tuple[_Worker, Task]] = {}
         interrupted = False
         while waiting or busy:
             while waiting and idle and not interrupted:
@@ -141,7 +142,7 @@ class Workers:
         return f"the process that played it ended ({how})"
 
 
-def _send(worker: _Worker, task: tuple[str, Case]) -> None:
+def _send(worker: _Worker, task: tuple[str, Case | Ground]) -> None:
     with suppress(OSError):  # it died; reading from it will tell
         worker.pipe.send(task)
 
