@@ -20,6 +20,7 @@ STRATEGIES: dict[str, str] = {
     "segmentation": "conav.exploration.segmentation:Segmentation",
     "two-stage": "conav.exploration.two_stage:TwoStage",
     "pocket-assignment": "conav.exploration.pocket_assignment:PocketAssignment",
+    "lanes-and-pockets": "conav.exploration.lanes_and_pockets:LanesAndPockets",
     "potential-1": "conav.exploration.potential_1:Potential1",
     "potential": "conav.exploration.potential:Potential",
     "potential-improved": "conav.exploration.potential_improved:PotentialImproved",

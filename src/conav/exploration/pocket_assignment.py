@@ -32,8 +32,7 @@ class PocketAssignment:
     """Weight of a task's mean distance from the others against a robot's way to it."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.advantage < float("inf"):
-            raise ValueError(f"advantage is {self.advantage:g}; give 0 or more")
+        check_advantage(self.advantage)
 
     def start(self, view: TeamView, rng: np.random.Generator) -> TeamMemory:
         return TeamMemory()
@@ -50,11 +49,22 @@ class PocketAssignment:
     def _plan(
         self, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
     ) -> list[Order]:
-        tasks = find_tasks(view, positions)
-        costs = tasks.costs()
-        if self.advantage > 0 and len(tasks) > 1:
-            costs = costs - self.advantage * mean_distances(view, tasks)
-        return assign_tasks(tasks, costs)
+        return plan_pockets(self.advantage, view, positions)
+
+
+def check_advantage(advantage: float) -> None:
+    """Raise `ValueError` for a weight that means nothing."""
+    if not 0.0 <= advantage < float("inf"):
+        raise ValueError(f"advantage is {advantage:g}; give 0 or more")
+
+
+def plan_pockets(advantage: float, view: TeamView, positions: NDArray[np.int32]) -> list[Order]:
+    """An order for robots at each of these planning cells."""
+    tasks = find_tasks(view, positions)
+    costs = tasks.costs()
+    if advantage > 0 and len(tasks) > 1:
+        costs = costs - advantage * mean_distances(view, tasks)
+    return assign_tasks(tasks, costs)
 
 
 def mean_distances(view: TeamView, tasks: Tasks) -> NDArray[np.float64]:

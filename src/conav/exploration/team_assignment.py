@@ -26,7 +26,7 @@ from conav.exploration.nearest import (
     keeps_goal,
 )
 from conav.exploration.types import Action, TeamView
-from conav.messages.message import Message
+from conav.messages.message import Body, Message
 
 
 class Assign(Protocol):
@@ -41,12 +41,14 @@ class Assign(Protocol):
 
 @dataclass(frozen=True)
 class Request:
-    """A robot asks for a target."""
+    """A robot asks for a target, and may say what it has done with."""
+
+    report: Body | None = None
 
     @property
     def size_bytes(self) -> int:
-        """Nothing but the header."""
-        return 0
+        """Nothing but the header, and the report if there is one."""
+        return 0 if self.report is None else self.report.size_bytes
 
 
 @dataclass(frozen=True)
@@ -67,20 +69,42 @@ class Plan(Protocol):
 
     def __call__(
         self, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
-    ) -> list[Order]:
+    ) -> Sequence[Body]:
         """An order per robot."""
         ...
 
 
-@dataclass
-class TeamMemory:
-    """The drive under way, and what was said in this step."""
+class Driver(Protocol):
+    """How a robot carries out orders; what it remembers of them is in its memory."""
 
-    drive: NearestMemory = field(default_factory=NearestMemory)
+    def busy(self, view: TeamView) -> bool:
+        """Whether the drive under way goes on; called once a step."""
+        ...
+
+    def ask(self, view: TeamView) -> Request:
+        """What it asks with; until it is told something it goes where it would go alone."""
+        ...
+
+    def follow(self, view: TeamView, order: Body) -> None:
+        """Take an order."""
+        ...
+
+
+@dataclass
+class Conversation:
+    """What was said in this step."""
+
     began: int = -1  # the last step it began
     assigned: int = -1  # the last step it computed an assignment
     asked: int = -1  # the last step it asked for a target
     assignments: int = 0  # how many it computed
+
+
+@dataclass
+class TeamMemory(Conversation):
+    """The drive under way, and what was said."""
+
+    drive: NearestMemory = field(default_factory=NearestMemory)
 
 
 def team_step(
@@ -104,29 +128,40 @@ def planned_step(
     memory: TeamMemory, view: TeamView, inbox: Sequence[Message], plan: Plan
 ) -> tuple[TeamMemory, Action, Sequence[Message]]:
     """A step of a strategy whose leaders plan for all they hear."""
-    said: list[Message] = []
-    asking = [message.sender for message in inbox if isinstance(message.body, Request)]
-    orders = [message.body for message in inbox if isinstance(message.body, Order)]
-    if memory.began < view.step:
-        memory.began = view.step
-        if not keeps_goal(memory.drive, view):
-            near = np.flatnonzero(view.in_touch)
-            leader = int(near.min())
-            if leader == view.robot:
-                said += _lead(memory, view, asking, plan)
-            else:
-                memory.asked = view.step
-                # Until it is told it goes where it would go alone.
-                choose_nearest(memory.drive, view)
-                said.append(Message(view.robot, leader, view.time_s, Request()))
-    if asking and memory.assigned < view.step:
-        said += _lead(memory, view, asking, plan)
-    for order in orders:
-        _follow(memory, view, order)
+    said = converse(memory, FrontierDriver(memory.drive), view, inbox, plan)
     return memory, drive_on(memory.drive), said
 
 
-def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan) -> list[Message]:
+def converse(
+    memory: Conversation,
+    driver: Driver,
+    view: TeamView,
+    inbox: Sequence[Message],
+    plan: Plan,
+) -> list[Message]:
+    """What is said in this step; the driver is told what to do."""
+    said: list[Message] = []
+    asking = [message.sender for message in inbox if isinstance(message.body, Request)]
+    orders = [message.body for message in inbox if not isinstance(message.body, Request)]
+    if memory.began < view.step:
+        memory.began = view.step
+        if not driver.busy(view):
+            leader = int(np.flatnonzero(view.in_touch).min())
+            if leader == view.robot:
+                said += _lead(memory, driver, view, asking, plan)
+            else:
+                memory.asked = view.step
+                said.append(Message(view.robot, leader, view.time_s, driver.ask(view)))
+    if asking and memory.assigned < view.step:
+        said += _lead(memory, driver, view, asking, plan)
+    for order in orders:
+        driver.follow(view, order)
+    return said
+
+
+def _lead(
+    memory: Conversation, driver: Driver, view: TeamView, asking: Sequence[int], plan: Plan
+) -> list[Message]:
     """The orders to the others; takes its own."""
     memory.assigned = view.step
     memory.assignments += 1
@@ -137,16 +172,32 @@ def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan)
     for robot, order in zip(near.tolist(), orders, strict=True):
         if robot == view.robot:
             if lowest:
-                _follow(memory, view, order)
+                driver.follow(view, order)
         elif lowest or robot in asking:
             said.append(Message(view.robot, robot, view.time_s, order))
     return said
 
 
-def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
-    """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
-    drive = memory.drive
-    if order.goal == drive.goal and keeps_goal(drive, view):
-        return
-    if not drive_to(drive, view, order.goal, order.looks_for):
-        choose_nearest(drive, view)
+@dataclass(frozen=True)
+class FrontierDriver:
+    """Drives to frontiers and to places from which an unknown cell may be seen."""
+
+    drive: NearestMemory
+
+    def busy(self, view: TeamView) -> bool:
+        """Whether the goal still promises something new."""
+        return keeps_goal(self.drive, view)
+
+    def ask(self, view: TeamView) -> Request:
+        """A request; it goes to the nearest frontier until it is told."""
+        choose_nearest(self.drive, view)
+        return Request()
+
+    def follow(self, view: TeamView, order: Body) -> None:
+        """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
+        assert isinstance(order, Order)
+        drive = self.drive
+        if order.goal == drive.goal and keeps_goal(drive, view):
+            return
+        if not drive_to(drive, view, order.goal, order.looks_for):
+            choose_nearest(drive, view)

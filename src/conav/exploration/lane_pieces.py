@@ -1,0 +1,246 @@
+"""Unknown area in the open, cut into pieces of lanes that robots sweep.
+
+A lane is a strip as wide as a robot sees from its middle line. A piece is a part of a lane, from
+where to where a robot has to drive on the middle line to see all that is unknown beside it.
+Everything unknown is taken for clear, as far as it can be reached through cells that are not known
+to be walls.
+
+Coordinates are planning cells *along* the lanes and *across* them. With axis 0 lanes run north and
+south, so across is the column and along the row; with axis 1 it is the other way round.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+
+from conav.compiled import kernel
+from conav.exploration.rectangle_drive import extent, half_footprint
+from conav.geometry.directions import DCOL, DROW
+from conav.geometry.sight import lateral_limits
+from conav.maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN
+from conav.maps.planning_grid import Lattice
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a lane that holds unknown cells; lengths in planning cells."""
+
+    lane: int
+    low: int  # along, where the unknown cells begin
+    high: int  # and end
+    begin: int  # along: a drive on the middle line from here
+    end: int  # to here, or back, sees them; begin <= end
+
+
+@dataclass(frozen=True, eq=False)
+class Lanes:
+    """Lanes over a whole map, side by side and about equally wide."""
+
+    axis: int
+    middle: NDArray[np.int64]  # (n_lanes,) across, the line a robot drives on
+    edges: NDArray[np.int64]  # (n_lanes + 1,) map cells across, where one ends and the next begins
+    fine_middle: NDArray[np.int64]  # (n_lanes,) the map cell of the middle line
+    limits: NDArray[np.int32]  # (reach + 1,) map cells seen ahead by distance to the side
+
+    @property
+    def width(self) -> int:
+        """The width of the widest lane [map cells]."""
+        return int(np.diff(self.edges).max())
+
+    def beside(self, across: int) -> list[int]:
+        """The lane a planning cell is in and those next to it."""
+        lane = int(np.argmin(np.abs(self.middle - across)))
+        return [k for k in (lane - 1, lane, lane + 1) if 0 <= k < len(self.middle)]
+
+
+def lay_lanes(axis: int, range_m: float, lattice: Lattice) -> Lanes:
+    """As few lanes as cover the map, each some whole strips of planning cells."""
+    _, across = extent(axis, lattice)
+    count = -(-across // (2 * half_footprint(range_m, lattice) + 1))
+    strips = np.array([k * across // count for k in range(count + 1)])
+    middle = (strips[:-1] + strips[1:] - 1) // 2
+    strip_of = lattice.col_of if axis == 0 else lattice.row_of
+    fine_of = lattice.fine_col if axis == 0 else lattice.fine_row
+    return Lanes(
+        axis,
+        middle.astype(np.int64),
+        np.searchsorted(strip_of, strips).astype(np.int64),
+        fine_of[middle].astype(np.int64),
+        lateral_limits(range_m / lattice.resolution),
+    )
+
+
+def wanted_cells(
+    cells: NDArray[np.uint8], known_free: Sequence[int], given_up: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """1 for the unknown cells that may be reached from these map cells and are not given up.
+
+    `cells` and `given_up` (fine rows, fine cols); `known_free` are flat indices of free cells.
+    """
+    regions = np.asarray(cast("tuple[Any, int]", label(cells != OCCUPIED))[0])
+    here = np.unique(regions.reshape(-1)[np.asarray(known_free)])
+    reachable = np.isin(regions, here[here > 0])
+    return (reachable & (cells == UNKNOWN) & (given_up == 0)).astype(np.uint8)
+
+
+@kernel
+def walls_met(cells: NDArray[np.uint8], range_fine: float) -> float:
+    """How many cells of wall a robot meets for every cell it drives, in what is known.
+
+    The walls beside known free cells over those free cells, times the width a robot sees. A
+    corridor narrower than that has 2 and more, an open field far less.
+    """
+    rows, cols = cells.shape
+    free = 0
+    walls = 0
+    for r in range(rows):
+        for c in range(cols):
+            if cells[r, c] == FREE:
+                free += 1
+            elif cells[r, c] == OCCUPIED and (
+                (r > 0 and cells[r - 1, c] == FREE)
+                or (r + 1 < rows and cells[r + 1, c] == FREE)
+                or (c > 0 and cells[r, c - 1] == FREE)
+                or (c + 1 < cols and cells[r, c + 1] == FREE)
+            ):
+                walls += 1
+    return walls / max(free, 1) * 2.0 * range_fine
+
+
+def find_pieces(
+    lanes: Lanes,
+    wanted: NDArray[np.uint8],
+    lattice: Lattice,
+    cuts: Sequence[Sequence[int]],
+    most: int,
+) -> list[Piece]:
+    """The pieces of all lanes, in the order of lanes and along them.
+
+    `wanted` (fine rows, fine cols) is 1 for the cells to be seen. A run of them along a lane is one
+    piece, gaps up to the width of a lane included; it is cut at the `cuts` of its lane (along) and
+    into equal parts no longer than about `most`. Less than one row of cells is not worth a sweep:
+    it is taken out of `wanted`.
+    """
+    oriented = wanted if lanes.axis == 0 else wanted.T
+    along_of = lattice.row_of if lanes.axis == 0 else lattice.col_of
+    fine_along = lattice.fine_row if lanes.axis == 0 else lattice.fine_col
+    width = lanes.width
+    side, count = _profile(np.ascontiguousarray(oriented), lanes.edges, lanes.fine_middle)
+    last = len(along_of) - 1
+    longest = max(int(most * lattice.ratio), width)
+    pieces: list[Piece] = []
+    for lane in range(len(lanes.middle)):
+        rows = np.flatnonzero(side[lane] >= 0)
+        if len(rows) == 0:
+            continue
+        marks = sorted({int(fine_along[along]) for along in cuts[lane]})
+        for run in np.split(rows, np.flatnonzero(np.diff(rows) > width) + 1):
+            if int(count[lane, run].sum()) < width:
+                strip = slice(int(lanes.edges[lane]), int(lanes.edges[lane + 1]))
+                oriented[run[0] : run[-1] + 1, strip] = 0
+                continue
+            for part in _cut(run, marks, longest, width // 2):
+                # A cell to the side is seen from so far before and behind it.
+                ahead = np.maximum(
+                    lanes.limits[np.minimum(side[lane, part], len(lanes.limits) - 1)], 0
+                )
+                begin, end = int((part + ahead).min()), int((part - ahead).max())
+                if begin > end:
+                    begin = end = (begin + end) // 2
+                pieces.append(
+                    Piece(
+                        lane,
+                        int(along_of[part[0]]),
+                        int(along_of[part[-1]]),
+                        int(along_of[min(begin, last)]),
+                        int(along_of[max(end, 0)]),
+                    )
+                )
+    return pieces
+
+
+def _cut(
+    run: NDArray[np.int64], marks: Sequence[int], most: int, least: int
+) -> list[NDArray[np.int64]]:
+    """A run of rows cut at marks, and in equal parts; parts shorter than `least` are not made."""
+    edges = [int(run[0])]
+    for mark in marks:
+        if mark - edges[-1] >= least and int(run[-1]) - mark >= least:
+            edges.append(mark)
+    edges.append(int(run[-1]) + 1)
+    parts: list[NDArray[np.int64]] = []
+    for a, b in pairwise(edges):
+        count = max(-(-(b - a) // most), 1)
+        for i in range(count):
+            low = a + (b - a) * i // count
+            high = a + (b - a) * (i + 1) // count
+            part = run[np.searchsorted(run, low) : np.searchsorted(run, high)]
+            if len(part):
+                parts.append(part)
+    return parts
+
+
+@kernel
+def looks_like_wall(cells: NDArray[np.uint8], row: int, col: int, around: int, least: int) -> bool:
+    """Whether all unknown cells beside free ones near a map cell go on a long wall.
+
+    Near is up to `around` cells in rows and columns. Such a cell has a free one on one side, and
+    along that side `least` cells of wall next to it. The end of a wall seen from a lane looks so.
+    """
+    rows, cols = cells.shape
+    for r in range(max(row - around, 0), min(row + around, rows - 1) + 1):
+        for c in range(max(col - around, 0), min(col + around, cols - 1) + 1):
+            if cells[r, c] != UNKNOWN:
+                continue
+            beside_free = False
+            goes_on = False
+            for k in range(4):
+                r2 = r + DROW[k]
+                c2 = c + DCOL[k]
+                if not (0 <= r2 < rows and 0 <= c2 < cols) or cells[r2, c2] != FREE:
+                    continue
+                beside_free = True
+                for side in (1, 3):
+                    down = DROW[(k + side) % 4]
+                    right = DCOL[(k + side) % 4]
+                    length = 0
+                    r3 = r + down
+                    c3 = c + right
+                    while (
+                        length < least
+                        and 0 <= r3 < rows
+                        and 0 <= c3 < cols
+                        and cells[r3, c3] == OCCUPIED
+                    ):
+                        length += 1
+                        r3 += down
+                        c3 += right
+                    if length >= least:
+                        goes_on = True
+            if beside_free and not goes_on:
+                return False
+    return True
+
+
+@kernel
+def _profile(
+    wanted: NDArray[np.uint8], edges: NDArray[np.int64], middle: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Per lane and map cell along it: how far to the side a wanted cell lies, -1 where none does,
+    and how many there are."""
+    along = wanted.shape[0]
+    lanes = middle.shape[0]
+    farthest = np.full((lanes, along), -1, dtype=np.int64)
+    count = np.zeros((lanes, along), dtype=np.int64)
+    for a in range(along):
+        for lane in range(lanes):
+            for c in range(edges[lane], edges[lane + 1]):
+                if wanted[a, c] == 1:
+                    count[lane, a] += 1
+                    farthest[lane, a] = max(farthest[lane, a], abs(c - middle[lane]))
+    return farthest, count
