@@ -46,9 +46,9 @@ class LanesAndPockets:
 
     advantage: float = 0.5
     """Weight of a task's mean distance from the others against a robot's way to it."""
-    open_below: float = 1.5
+    open_below: float = 1.0
     """Walls met per cell driven below which the team begins to sweep lanes; 0 is never."""
-    closed_above: float = 2.5
+    closed_above: float = 1.5
     """Walls met per cell driven above which the team stops to sweep lanes."""
 
     def __post_init__(self) -> None:
