@@ -137,7 +137,7 @@ def play(
     for module in FIELDS:
         if hasattr(module, "fill_distances"):
             patch(module, "fill_distances", "fields")
-    patch(frontier_tasks.GrowingField, "__init__", "fields")
+    patch(frontier_tasks.GrowingField, "restart", "fields")
     patch(frontier_tasks.GrowingField, "follow", "fields")
     patch(Engine, "_sense", "sense")
     patch(engine_module, "exchange", "radio")

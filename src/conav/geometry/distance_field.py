@@ -41,11 +41,16 @@ _spaces = threading.local()
 
 
 def field_buffer(size: int) -> NDArray[np.float64]:
-    """This thread's working space for one field of `size` cells (the last size is kept)."""
+    """This thread's working space for one field of `size` cells (the last size is kept).
+
+    `fill_distances` clears only what it wrote there the last time, which for a short search is much
+    less than all; nobody else may write to it.
+    """
     buffer: NDArray[np.float64] | None = getattr(_spaces, "buffer", None)
     if buffer is None or len(buffer) != size:
-        buffer = np.empty(size)
+        buffer = np.full(size, np.inf)
         _spaces.buffer = buffer
+        _spaces.touched = np.zeros(size + 1, dtype=np.int32)  # cells written, [size] how many
     return buffer
 
 
@@ -94,10 +99,14 @@ class GrowingField:
 
     def __init__(self, ground: Ground, start: int) -> None:
         self._ground = ground
-        self._start = start
-        self._updates = len(ground.added)
         self._diagonals = np.empty(ground.moves.size, dtype=np.int32)
         self._distance = np.empty(ground.moves.size)
+        self.restart(start)
+
+    def restart(self, start: int) -> None:
+        """Become the field from another cell; memory at hand is faster than new memory."""
+        self._start = start
+        self._updates = len(self._ground.added)
         self._begin()
 
     @staticmethod
@@ -130,7 +139,7 @@ class GrowingField:
 
     def _spread(self, seeds: NDArray[np.int64]) -> bool:
         groups = (_NO_GROUPS, _NO_PLACES)
-        return _spread(self._ground, seeds, self._distance, self._diagonals, *groups) >= 0
+        return _spread(self._ground, seeds, self._distance, self._diagonals, None, *groups) >= 0
 
 
 def fill_distances(
@@ -152,10 +161,15 @@ def fill_distances(
     if first is None or places is None:
         first, places = _NO_GROUPS, _NO_PLACES
     taken = -1
+    touched = _spaces.touched if distance is getattr(_spaces, "buffer", None) else None
     while taken < 0:
-        distance.fill(np.inf)
+        if touched is None:
+            distance.fill(np.inf)
+        else:
+            _clear(distance, touched)
+            _touch(touched, starts)
         distance[starts] = 0.0
-        taken = _spread(ground, starts, distance, None, first, places)
+        taken = _spread(ground, starts, distance, None, touched, first, places)
     return taken
 
 
@@ -164,6 +178,7 @@ def _spread(
     seeds: NDArray[np.int64],
     distance: NDArray[np.float64],
     diagonals: NDArray[np.int32] | None,
+    touched: NDArray[np.int32] | None,
     first: NDArray[np.int64],
     places: NDArray[np.int64],
 ) -> int:
@@ -178,6 +193,7 @@ def _spread(
         seeds,
         distance,
         diagonals,
+        touched,
         first,
         places,
         space.cell,
@@ -334,12 +350,58 @@ def _diagonal_is_clear(moves: NDArray[np.uint8], r: int, c: int, k: int) -> bool
 
 
 @kernel
+def _clear(distance: NDArray[np.float64], touched: NDArray[np.int32]) -> None:
+    """Set the cells that were touched to inf, and forget them."""
+    size = distance.shape[0]
+    count = touched[size]
+    if count > size // 4:
+        distance[:] = np.inf
+    else:
+        for i in range(count):
+            distance[touched[i]] = np.inf
+    touched[size] = 0
+
+
+@kernel
+def _touch(touched: NDArray[np.int32], cells: NDArray[np.int64]) -> None:
+    """Add cells to those touched."""
+    size = touched.shape[0] - 1
+    for i in range(min(cells.shape[0], size)):
+        touched[i] = cells[i]
+    touched[size] = min(cells.shape[0], size)
+
+
+@kernel
+def nearest_of_groups(
+    distance: NDArray[np.float64],
+    first: NDArray[np.int64],
+    places: NDArray[np.int64],
+    costs: NDArray[np.float64],
+    nearest: NDArray[np.int64],
+) -> None:
+    """Write the least distance among each group's places, and the first such place.
+
+    Group j is `places[first[j]:first[j + 1]]`, not empty; `costs` and `nearest` are (groups,).
+    """
+    for j in range(first.shape[0] - 1):
+        nearest[j] = places[first[j]]
+        costs[j] = distance[nearest[j]]
+        for i in range(first[j] + 1, first[j + 1]):
+            length = distance[places[i]]
+            if length < costs[j]:
+                costs[j] = length
+                nearest[j] = places[i]
+
+
+@kernel
 def _spread_out(
     moves: NDArray[np.uint8],
     only: NDArray[np.uint8],
     seeds: NDArray[np.int64],
     distance: NDArray[np.float64],
-    diagonals: Any,  # (rows * cols,) int32, or None: compiled apart, which is faster
+    # Compiled apart for None, which is faster.
+    diagonals: Any,  # (rows * cols,) int32 or None
+    touched: Any,  # (rows * cols + 1,) int32 or None
     first: NDArray[np.int64],
     places: NDArray[np.int64],
     e_cell: NDArray[np.int32],
@@ -352,7 +414,8 @@ def _spread_out(
     """How many entries were taken from the queue, -1 where it was too short.
 
     Seeds that are inf do not count. `diagonals` are the diagonal moves among the lengths, kept up
-    to date, or None where all seeds are at 0 and nobody wants to know.
+    to date, or None where all seeds are at 0 and nobody wants to know; to `touched` the cells are
+    added that were inf before.
     """
     cols = moves.shape[1]
     flat = moves.reshape(-1)
@@ -362,6 +425,10 @@ def _spread_out(
     steps = np.empty(8, dtype=np.int64)
     for k in range(8):
         steps[k] = DROW[k] * cols + DCOL[k]
+    size = flat.shape[0]
+    written = 0
+    if touched is not None:
+        written = touched[size]
     groups = first.shape[0] - 1
     settled = 0  # groups before this one have their nearest cell
     used = 0
@@ -432,9 +499,13 @@ def _spread_out(
                 step = steps[k]
                 other = cell + step
                 reached = along + across
-                if reached >= distance[other]:
+                before = distance[other]
+                if reached >= before:
                     continue
                 distance[other] = reached
+                if touched is not None and before == np.inf:
+                    touched[written] = other
+                    written += 1
                 if diagonals is not None:
                     diagonals[other] = more
                 if k < 4:
@@ -446,10 +517,14 @@ def _spread_out(
                         along += 1
                         other += step
                         reached = along + across
-                        if reached >= distance[other]:
+                        before = distance[other]
+                        if reached >= before:
                             ended = True
                             break
                         distance[other] = reached
+                        if touched is not None and before == np.inf:
+                            touched[written] = other
+                            written += 1
                         if diagonals is not None:
                             diagonals[other] = more
                     if ended:
@@ -461,6 +536,8 @@ def _spread_out(
                     new = used
                     used += 1
                 else:
+                    if touched is not None:
+                        touched[size] = written
                     return -1
                 e_cell[new] = other
                 e_diagonals[new] = more
@@ -471,4 +548,6 @@ def _spread_out(
                 head[to] = new
                 live += 1
         level += 1
+    if touched is not None:
+        touched[size] = written
     return taken
