@@ -13,13 +13,13 @@ from conav.geometry.clearance import free_moves
 from conav.geometry.directions import DCOL, DROW, OPPOSITE, SQRT2
 from conav.geometry.distance_field import (
     FieldSpace,
-    Ground,
-    GrowingField,
     field_buffer,
     fill_distances,
     nearest_of_groups,
     shortest_path,
 )
+from conav.geometry.ground import Ground
+from conav.geometry.growing_field import GrowingField
 
 
 def lengths(moves: np.ndarray, starts: list[int]) -> np.ndarray:

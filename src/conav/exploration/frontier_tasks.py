@@ -20,11 +20,11 @@ from conav.exploration.turn_sequences import SightSpace, sight_space
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
 from conav.geometry.distance_field import (
-    GrowingField,
     field_buffer,
     fill_distances,
     nearest_of_groups,
 )
+from conav.geometry.growing_field import GrowingField
 from conav.geometry.sight import disc_cells, visible_cells
 
 
@@ -59,6 +59,7 @@ def costs_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArra
     before: dict[int, GrowingField] = belief.derived.get("fields of tasks", {})
     after: dict[int, GrowingField] = {}
     wanted = set(starts)
+    room = KEPT_BYTES // GrowingField.bytes_of(belief.ground) - len(before)
     spare = [field for start, field in before.items() if start not in wanted]
     costs = np.empty((len(starts), len(tasks)))
     nearest = np.empty(len(tasks), dtype=np.int64)
@@ -67,9 +68,8 @@ def costs_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArra
         if field is None and spare:
             field = spare.pop()
             field.restart(start)
-        elif (
-            field is None and (len(after) + 1) * GrowingField.bytes_of(belief.ground) <= KEPT_BYTES
-        ):
+        elif field is None and room > 0:
+            room -= 1
             field = GrowingField(belief.ground, start)
         if field is None:
             distance = _to_tasks(belief, start, tasks)
