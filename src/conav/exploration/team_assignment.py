@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.frontier_targets import Targets, find_targets
-from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.types import Action, TeamView
 from conav.geometry.distance_field import shortest_path
 from conav.messages.message import Message
@@ -112,7 +112,7 @@ def planned_step(
             else:
                 memory.asked = view.step
                 # Until it is told it goes where it would go alone.
-                choose_nearest(memory.drive, view)
+                choose_nearest(memory.drive, view, by_field)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
     elif asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)

@@ -143,6 +143,13 @@ def shortest_path(ground: Ground, start: int, goal: int) -> tuple[NDArray[np.int
     fill_distances(ground, np.array([start], dtype=np.int64), distance, _ONE_GROUP, end)
     if not np.isfinite(distance[goal]):
         return np.empty(0, dtype=np.int8), 0
+    return walk_back(ground, distance, goal)
+
+
+def walk_back(
+    ground: Ground, distance: NDArray[np.float64], goal: int
+) -> tuple[NDArray[np.int8], int]:
+    """The path of `shortest_path` from where a field started, whose length to `goal` is exact."""
     path = np.empty(int(distance[goal]) + 1, dtype=np.int8)
     count = _walk_back(ground.moves, distance, goal, path)
     return path[:count], count
