@@ -29,7 +29,13 @@ from typing import Any
 import numpy as np
 
 import conav
-from conav.exploration import frontier_targets, frontier_tasks, repeated_auction, team_assignment
+from conav.exploration import (
+    frontier_targets,
+    frontier_tasks,
+    repeated_auction,
+    sequential_auction,
+    team_assignment,
+)
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.types import Action, ExplorationProblem, Strategy, TeamView
 from conav.maps.occupancy_grid import OccupancyGrid
@@ -50,7 +56,7 @@ STRATEGIES = (
     "pocket-assignment",
 )
 MAPS = ("office", "cave", "maze", "field")
-FIELDS = (frontier_targets, frontier_tasks, repeated_auction)
+FIELDS = (frontier_targets, frontier_tasks, repeated_auction, sequential_auction)
 """Where `fill_distances` is called for costs; its time there counts as that of fields."""
 
 
@@ -143,7 +149,7 @@ def play(
             patch(module, "fill_distances", "fields")
     patch(frontier_tasks.GrowingField, "restart", "fields")
     patch(frontier_tasks.GrowingField, "follow", "fields")
-    patch(team_assignment, "shortest_path", "paths")
+    patch(team_assignment, "drive_to", "paths")
     patch(repeated_auction, "shortest_path", "paths")
     patch(team_assignment, "choose_nearest", "paths")
     patch(repeated_auction, "choose_nearest", "paths")

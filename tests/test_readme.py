@@ -49,6 +49,8 @@ def test_shown_commands_and_options_exist() -> None:
                 assert f"\n{words[1]}:" in makefile, line
                 continue
             command = app[words[1]]
+            if command.default_command is None:  # it has commands of its own
+                command = command[words[2]]
             known = {name for arg in command.assemble_argument_collection() for name in arg.names}
             for word in words[2:]:
                 if word.startswith("--") and word != "--help":

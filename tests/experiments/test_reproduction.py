@@ -111,7 +111,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert said["studies"] == ["figure-3"]
     assert {verdict["verdict"] for verdict in said["verdicts"]} <= {HELD, NOT_HELD, OPEN}
     assert run(["reproduce", "potential-gamse", *out]) == 2
-    assert "has no reproduction here" in capsys.readouterr().err
+    assert "potential-gamse" in capsys.readouterr().err
     (tmp_path / "file").write_text("")
     assert run(["reproduce", "potential-games", "--out", str(tmp_path / "file")]) == 2
     assert str(tmp_path / "file") in capsys.readouterr().err

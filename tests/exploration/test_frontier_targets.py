@@ -58,6 +58,7 @@ def explored(name: str, steps: int, **more: Any) -> Explored:
         problem.plan.lattice,
         state.heard_cell[0],
         state.heard_step[0],
+        state.in_touch[0],
     )
     return Explored(view, stood, state)
 

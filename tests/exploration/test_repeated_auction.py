@@ -25,9 +25,9 @@ from conav.exploration.repeated_auction import (
     Call,
     Ended,
     RepeatedAuction,
-    sequential_auctions,
     task_cells,
 )
+from conav.exploration.sequential_auction import sequential_auctions
 from conav.exploration.types import Action, TeamView
 from conav.exploration.verify import verify_exploration
 from conav.geometry.directions import STAY
@@ -141,7 +141,9 @@ def corridor(robot: int, cell: int, *, heard: dict[int, int], step: int = 7) -> 
     for other, place in {**heard, robot: cell}.items():
         cells[other], steps[other] = place, step
     body = Robot(f"robot_{robot}", sensor=Sensor("any", True, 3.0), radio=radio("limited", 9.0))
-    return TeamView(step, float(step), robot, body, cell, 0, belief, plan.lattice, cells, steps)
+    return TeamView(
+        step, float(step), robot, body, cell, 0, belief, plan.lattice, cells, steps, steps == step
+    )
 
 
 class Mind:
@@ -404,7 +406,10 @@ def test_waiting_for_auctions_costs_time() -> None:
 
 
 def test_settings_are_checked() -> None:
-    assert settings_of(RepeatedAuction()) == {"auction_wait_s": 0.0}
+    assert settings_of(RepeatedAuction()) == {"auction_wait_s": 0.0, "give_up_s": 60.0}
     for bad in (-1.0, inf, float("nan")):
         with pytest.raises(ValueError, match="give 0 or more"):
             RepeatedAuction(bad)
+    for bad in (0.0, -1.0, inf, float("nan")):
+        with pytest.raises(ValueError, match="give more than 0"):
+            RepeatedAuction(give_up_s=bad)

@@ -77,15 +77,33 @@ def test_unscanned_sections_come_first() -> None:
     board = Board(axis=0, voted_by=0, size=100)
     board.scan(30, 49)
     assert board.offer(board.held(), 1, 17, 17) == [
-        Section(0, 29, 30, FREE),
-        Section(50, 99, 50, FREE),
+        Section(0, 29, 30, 1, FREE),
+        Section(50, 99, 50, 1, FREE),
     ]
     # A third robot: the larger section gets capacity 2 and is divided, 2 lanes and 1.
     assert board.offer(board.held(), 3, 17, 17) == [
-        Section(0, 29, 30, FREE),
-        Section(50, 83, 34, FREE),
-        Section(84, 99, 16, FREE),
+        Section(0, 29, 30, 1, FREE),
+        Section(50, 83, 34, 1, FREE),
+        Section(84, 99, 16, 1, FREE),
     ]
+
+
+def test_the_blackboard_shows_every_section_with_its_capacity() -> None:
+    board = Board(axis=0, voted_by=0, size=200)
+    board.scan(30, 49)
+    board.enter(4, (100, 150), AWARDED, 7)
+    board.enter(2, (151, 199), SCANNING, 7, advance=1, begun=1)
+    board.scan(151, 160)
+    # Three free robots: 1 and 1, then one more for the larger one, 50 wide. Of those that have a
+    # robot, four robots in all: 51 falls to 34, 17 and 0, so three more; 39 alike to 22 and 5.
+    assert board.sections(board.held(), 3, 17) == [
+        Section(0, 29, 30, 1, FREE),
+        Section(50, 99, 50, 2, FREE),
+        Section(100, 150, 51, 4, AWARDED, 4),
+        Section(151, 199, 39, 4, SCANNING, 2),
+    ]
+    board.enter(3, (50, 99), SCANNING, 8, heading=1)  # a rectangle of stage 1
+    assert [section.lower for section in board.sections(board.held(), 3, 17)] == [0, 100, 151]
 
 
 def test_then_sections_to_be_scanned_then_those_being_scanned() -> None:
@@ -94,17 +112,17 @@ def test_then_sections_to_be_scanned_then_those_being_scanned() -> None:
     board.enter(2, (68, 135), SCANNING, 7, advance=-1, begun=2)
     assert board.free(board.held()) == []
     # Of four lanes the one who has them keeps two, the near ones.
-    assert board.offer(board.held(), 1, 17, 17) == [Section(34, 67, 34, AWARDED, 4)]
+    assert board.offer(board.held(), 1, 17, 17) == [Section(34, 67, 34, 1, AWARDED, 4)]
     board.enter(4, (0, 16), AWARDED, 8)
     board.scan(17, 67)
     # One lane is not divided, so it is the other's turn, which scans downwards.
-    assert board.offer(board.held(), 1, 17, 17) == [Section(68, 101, 34, SCANNING, 2)]
+    assert board.offer(board.held(), 1, 17, 17) == [Section(68, 101, 34, 1, SCANNING, 2)]
     board.enter(2, (102, 135), SCANNING, 9, advance=-1, begun=2)
     board.scan(68, 101)
     # It has begun both lanes.
     assert board.offer(board.held(), 1, 17, 17) == []
     board.enter(2, (102, 135), SCANNING, 9, advance=-1, begun=1)
-    assert board.offer(board.held(), 1, 17, 17) == [Section(102, 118, 17, SCANNING, 2)]
+    assert board.offer(board.held(), 1, 17, 17) == [Section(102, 118, 17, 1, SCANNING, 2)]
 
 
 def test_rectangles_of_stage_1_are_not_divided() -> None:

@@ -12,7 +12,10 @@ import conav
 from conav.exploration.rectangle_drive import half_footprint, lanes
 from conav.exploration.section_auction import Announce, Award, Bid
 from conav.exploration.section_board import Status
-from conav.exploration.two_stage import FLOW, Phase, TwoStage, TwoStageMemory, Vote, flow_table
+from conav.exploration.two_stage import TwoStage
+from conav.exploration.two_stage_flow import FLOW, Phase, flow_table
+from conav.exploration.two_stage_turn import TwoStageMemory
+from conav.exploration.two_stage_vote import Vote
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.messages.message import Message
@@ -208,7 +211,7 @@ def test_illegal_messages_are_refused_and_counted() -> None:
         pass
     before = pickle.dumps((mind(state).board, mind(state).bidder, mind(state).auctioneer))
     wrong = [Announce(()), Announce(((0, 9),)), Award((0, 9)), Bid((0, 9), 3.0)]
-    state.in_flight = [Message(1, 0, 0.0, body) for body in wrong]
+    state.in_flight = [(0, Message(1, 0, 0.0, body)) for body in wrong]
     next(play(state))
     assert mind(state).refused == 4
     assert pickle.dumps((mind(state).board, mind(state).bidder, mind(state).auctioneer)) == before

@@ -29,6 +29,10 @@ def compare(
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     motion: str = "8-connected",
     sensor: str = "range",
+    loss: float = 0.0,
+    delay: float = 0.0,
+    energy: float | None = None,
+    fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     traffic: str = "pibt",
     cell: float | None = None,
     radius: float = 0.1,
@@ -38,6 +42,7 @@ def compare(
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
     max_time: float = 3600.0,
     out: Path = Path("comparison"),
+    bounds: str = "quick",
     jobs: Whole | None = None,
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -61,8 +66,8 @@ def compare(
     range
         Sensor ranges [m], for example 3.5,7.
     radio
-        perfect, off, or ranges [m], for example perfect,10. Default: perfect, unless a strategy is
-        made for another one.
+        perfect, off, path-loss, or ranges [m], for example perfect,10. Default: perfect, unless a
+        strategy is made for another one.
     runs
         Runs of each combination. Run k has the same starts, and on a built-in map the same layout,
         for all strategies.
@@ -74,6 +79,14 @@ def compare(
         4-connected, 8-connected or forward-turn (a turn costs a step).
     sensor
         range (360 degrees, walls block sight) or disc (sees through walls).
+    loss
+        Probability with which each message is lost, 0 to 0.99.
+    delay
+        How long a message takes [s].
+    energy
+        What is in each robot's battery [J]. Default: no limit.
+    fault
+        What happens to a robot in every run, as for conav explore; may be repeated.
     traffic
         pibt (one rule keeps robots apart) or none (they pass through each other).
     cell
@@ -93,6 +106,9 @@ def compare(
         Simulated time after which a run ends [s]; one that has not seen all is counted at it.
     out
         Folder for the page, the numbers, the plots, and the runs that were played.
+    bounds
+        How hard to look for bounds on the best possible time, which the runs are compared with:
+        quick, full or none.
     jobs
         Processes. Default: one per processor.
     plots
@@ -115,7 +131,7 @@ def compare(
 
     if not quiet and not compiled_before():
         print(
-            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+            "conav: compiling the kernels; this happens once and takes about 25 s", file=sys.stderr
         )
     with _Progress(shown=not quiet) as progress:
         made = run(
@@ -128,11 +144,16 @@ def compare(
             runs=runs,
             seed=seed,
             settings=settings,
+            bounds=bounds,
             jobs=jobs,
             plots=plots,
             progress=progress.show,
             motion=motion,
             sensor=sensor,
+            loss=loss,
+            delay_s=delay,
+            energy_j=energy,
+            faults=fault or (),
             traffic=traffic,
             cell_m=cell,
             radius_m=radius,
@@ -197,7 +218,7 @@ def _print_tables(made: Any) -> None:
     if len(made.study.teams) > 1 and made.totals:
         first = made.study.teams[0].name
         print(f"times relative to {first}, paired runs: geometric mean [95 % interval]")
-        print(aligned(total_rows(made.totals)))
+        print(aligned(total_rows(made.study, made.totals)))
         print()
     for case, failure in list(made.failures.items())[:5]:
         print(f"failed: {case.strategy} on {case.map}, seed {case.seed}: {failure.message}")
@@ -229,7 +250,7 @@ class _Progress:
             self._bar.stop()
 
     def show(self, done: int, total: int) -> None:
-        """Show that so many of the runs are there."""
+        """Show that so many of the runs and bounds are there."""
         if not self._shown:
             return
         if self._bar is None:
@@ -254,7 +275,7 @@ def _new_bar(done: int, total: int) -> tuple[Any, Any]:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("runs,"),
+        TextColumn("runs and bounds,"),
         TimeElapsedColumn(),
         TextColumn("gone,"),
         TimeRemainingColumn(),

@@ -4,21 +4,24 @@ import json as json_module
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from conav.cli.numbers import Whole
 from conav.errors import InputError
 
-PAPERS = ("potential-games",)
+reproduce = App(
+    name="reproduce",
+    help="Play a paper's experiments again and say which of its claims hold.",
+    help_format="plaintext",
+)
 
 
-def reproduce(
-    paper: str,
-    /,
+@reproduce.command(name="potential-games")
+def potential_games(
     *,
-    out: Path | None = None,
+    out: Path = Path("reproduction-potential-games"),
     layouts: Whole = 20,
     games: Whole = 200,
     runs: Whole = 5,
@@ -28,14 +31,12 @@ def reproduce(
     json: Annotated[bool, Parameter(negative="")] = False,
     quiet: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Play a paper's experiments again and say which of its claims hold.
+    """Philip, Givigi, Schwartz 2014: cooperative navigation using potential games.
 
     Parameters
     ----------
-    paper
-        potential-games (Philip, Givigi, Schwartz 2014).
     out
-        Folder for the page, the numbers and the plots. Default: reproduction-PAPER.
+        Folder for the page, the numbers and the plots.
     layouts
         How many layouts of the map.
     games
@@ -53,10 +54,6 @@ def reproduce(
     quiet
         Print nothing but errors.
     """
-    if paper not in PAPERS:
-        raise InputError(
-            f"paper {paper!r}", "has no reproduction here", "use: " + ", ".join(PAPERS)
-        )
     from conav.experiments.potential_games.reproduce import reproduce as run
 
     shown = sys.stderr.isatty() and not quiet
@@ -66,7 +63,7 @@ def reproduce(
             print(f"conav: {text}", file=sys.stderr)
 
     made = run(
-        out if out is not None else Path(f"reproduction-{paper}"),
+        out,
         layouts=layouts,
         games=games,
         runs=runs,
@@ -75,6 +72,92 @@ def reproduce(
         only=only or (),
         progress=progress,
     )
+    return _told(made, json=json, quiet=quiet)
+
+
+@reproduce.command(name="two-stage")
+def two_stage(
+    *,
+    out: Path = Path("reproduction-two-stage"),
+    robots: str = "1,2,3,4,5,6,7,8,9,10",
+    runs: Whole = 30,
+    seed: Whole = 0,
+    motion: str = "8-connected",
+    side: float = 100.0,
+    jobs: Whole | None = None,
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Dai, Jiang 2018: a two-stage coordinated strategy.
+
+    Runs are kept as they end: the same command goes on where it was stopped, and with more runs or
+    team sizes only those are played that are missing.
+
+    Parameters
+    ----------
+    out
+        Folder for the page, the numbers, the plots, and the runs that were played.
+    robots
+        Team sizes, for example 1,2,4.
+    runs
+        Runs of each team size with each method. Run k has the same starts for all methods.
+    seed
+        Seed of the first run; each further run has the next.
+    motion
+        4-connected, 8-connected or forward-turn.
+    side
+        Side of the square area [m].
+    jobs
+        Processes. Default: one per processor.
+    plots
+        Draw the plots.
+    json
+        Print one JSON object instead of the summary.
+    quiet
+        Print nothing but errors.
+    """
+    sizes: list[int] = []
+    for part in robots.split(","):
+        try:
+            sizes.append(int(part))
+        except ValueError:
+            raise InputError(
+                "--robots", f"{part.strip()!r} is not a whole number", "part several by commas"
+            ) from None
+
+    from conav.compiled import compiled_before
+    from conav.experiments.two_stage.reproduce import reproduce as run
+
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+        )
+    shown = sys.stderr.isatty() and not quiet
+
+    def progress(done: int, total: int) -> None:
+        if shown:
+            print(f"\rconav: {done} of {total} runs ", end="", file=sys.stderr, flush=True)
+
+    made = run(
+        out,
+        robots=sizes,
+        runs=runs,
+        seed=seed,
+        motion=motion,
+        side_m=side,
+        jobs=jobs if jobs is not None else os.cpu_count() or 1,
+        plots=plots,
+        progress=progress,
+    )
+    if shown:
+        print(file=sys.stderr)
+    code = _told(made, json=json, quiet=quiet)
+    return 1 if made.failed else code
+
+
+def _told(made: Any, *, json: bool, quiet: bool) -> int:
+    """The exit code, after what was made was told of."""
     for warning in made.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
     if json:

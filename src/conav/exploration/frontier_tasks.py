@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
 from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
-from conav.exploration.turn_sequences import SightSpace, sight_space
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
 from conav.geometry.distance_field import (
@@ -26,6 +25,7 @@ from conav.geometry.distance_field import (
 )
 from conav.geometry.growing_field import GrowingField
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import SightSpace, sight_space
 
 
 @dataclass(frozen=True, eq=False)

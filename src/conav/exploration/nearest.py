@@ -12,7 +12,12 @@ from conav.exploration.belief import STOOD, TARGET, Belief
 from conav.exploration.types import Action, TeamView
 from conav.exploration.viewpoints import beside_frontier, nearest_viewpoint
 from conav.geometry.directions import DCOL, DROW
-from conav.geometry.distance_field import field_buffer, fill_distances, walk_back
+from conav.geometry.distance_field import (
+    field_buffer,
+    fill_distances,
+    shortest_path,
+    walk_back,
+)
 from conav.geometry.grid_search import path_to, search, search_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.messages.message import Message
@@ -61,9 +66,14 @@ class Nearest:
     ) -> tuple[NearestMemory, Action, Sequence[Message]]:
         if not keeps_goal(memory, view, self.keep_goal):
             choose_nearest(memory, view)
-        if memory.goal < 0:
-            return memory, Action(finished=True), ()
-        return memory, Action(int(memory.path[memory.left - 1]), memory.goal), ()
+        return memory, drive_on(memory), ()
+
+
+def drive_on(memory: NearestMemory) -> Action:
+    """The next move of the plan in memory; without a plan the robot is finished."""
+    if memory.goal < 0:
+        return Action(finished=True)
+    return Action(int(memory.path[memory.left - 1]), memory.goal)
 
 
 def keeps_goal(memory: NearestMemory, view: TeamView, to_the_end: bool = False) -> bool:
@@ -95,6 +105,24 @@ def _wanted(memory: NearestMemory, belief: Belief) -> bool:
     row, col = divmod(memory.goal, belief.marks.shape[1])
     around = belief.frontier_count[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2]
     return memory.beside and bool(around.any())
+
+
+def drive_to(memory: NearestMemory, view: TeamView, goal: int, looks_for: int = -1) -> bool:
+    """Whether the robot can get to that planning cell from elsewhere; then the plan is to do so.
+
+    `looks_for` is an unknown fine cell that may be seen from there, -1 where the goal has frontier.
+    """
+    if goal < 0 or goal == view.cell:
+        return False
+    path, left = shortest_path(view.belief.ground, view.cell, goal)
+    if left == 0:
+        return False
+    memory.goal = goal
+    memory.looks_for = looks_for
+    memory.beside = False
+    memory.here = view.cell
+    memory.path, memory.left = path, left
+    return True
 
 
 Route = tuple[int, NDArray[np.int8], int]

@@ -4,10 +4,11 @@ Rules of this file:
 - Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER`. A message
   that has no row, or does not belong to the auction at hand, changes nothing.
 - An auction is over within a step: task ended -> call -> bids -> awards, four message rounds at
-  most. A step that begins finds every robot at the head of its table.
+  most. A step that begins finds every robot at the head of its table. Where messages take time each
+  round takes that; a robot goes back to the head when what it waits for is overdue.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf, isfinite
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import find_pieces, path_costs
 from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
+from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
+from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
@@ -111,51 +114,7 @@ AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
 }
 
 
-# --- the auctions ---------------------------------------------------------------------------------
-
-Between = Callable[[int, int], float]
-"""The path cost from one task to another, by their indices."""
-
-
-def sequential_auctions(costs: NDArray[np.float64], between: Between) -> list[tuple[int, int]]:
-    """The (task, bidder) pairs in the order of the awards.
-
-    `costs` (n_bidders, n_tasks) are those from where the bidders stand, inf where they cannot go.
-    One task after the other is sold, that with the lowest cost for anybody first, then the lower
-    index. Every bidder bids the path cost from the end of what it has won so far; the lowest bid
-    wins and counts as paid, then the lower bidder. What nobody can reach is not sold.
-    """
-    n_bidders = len(costs)
-    ends = [-1] * n_bidders  # the last task each has won
-    awards: list[tuple[int, int]] = []
-    for task in np.argsort(costs.min(axis=0), kind="stable").tolist():
-        reach = [bidder for bidder in range(n_bidders) if isfinite(costs[bidder, task])]
-        if not reach:
-            continue
-        lowest, winner = inf, -1
-        if len(reach) == 1:  # it wins, whatever it bids
-            winner = reach.pop()
-        # A path from the end of its tasks is at least as long as the difference of those from
-        # anybody: most bids need not be worked out to know that they lose.
-        least = [
-            costs[bidder, task] if ends[bidder] < 0 else _at_least(costs, ends[bidder], task)
-            for bidder in reach
-        ]
-        for bound, bidder in sorted(zip(least, reach, strict=True)):
-            if bound > lowest + 1e-9:
-                break
-            bid = bound if ends[bidder] < 0 else between(ends[bidder], task)
-            if bid < lowest or (bid == lowest and bidder < winner):
-                lowest, winner = bid, bidder
-        awards.append((task, winner))
-        ends[winner] = task
-    return awards
-
-
-def _at_least(costs: NDArray[np.float64], one: int, other: int) -> float:
-    """A lower bound of the path cost between two tasks, by the triangle inequality."""
-    both = np.isfinite(costs[:, one]) & np.isfinite(costs[:, other])
-    return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
+# --- the strategy ---------------------------------------------------------------------------------
 
 
 def task_cells(
@@ -174,9 +133,6 @@ def task_cells(
     return cells[order[np.isfinite(nearest[order])]]
 
 
-# --- the strategy ---------------------------------------------------------------------------------
-
-
 @dataclass
 class AuctionMemory:
     """What a robot has to do, and where it stands in the protocol."""
@@ -186,6 +142,8 @@ class AuctionMemory:
     idle: bool = False  # others won all it could do; waits for the next auction
     company: tuple[int, ...] = ()  # whom it heard when it became idle
     until_s: float = 0.0  # [s] stands still until then
+    stands: Standstill = field(default_factory=Standstill)
+    stuck: bool = False  # cannot drive; bids for nothing
     began: int = -1  # the last step it began
     bidder: Bidder = Bidder.AT_WORK
     answered: Call = NO_CALL  # the call it bid on last, or its own
@@ -202,15 +160,21 @@ class RepeatedAuction:
     A task is a cell of a piece of frontier. Tasks are sold one by one in first-price reverse
     auctions; a bid is the path cost from the end of what a robot has won already. A robot carries
     out the first task it won. When any task is completed, delayed (the robot was pushed off its
-    path) or failed, all tasks not yet completed are put up for bids again.
+    path) or failed (it has not got on for long), all tasks not yet completed are put up for bids
+    again.
     """
 
     auction_wait_s: float = 0.0
     """How long the robots of an auction stand still for it [s]; 0 or more."""
+    give_up_s: float = 60.0
+    """A task has failed when its robot has not got on for this long [s]; until it moves again it
+    wins nothing."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.auction_wait_s < inf:
             raise ValueError(f"auction_wait_s is {self.auction_wait_s:g}; give 0 or more")
+        if not 0.0 < self.give_up_s < inf:
+            raise ValueError(f"give_up_s is {self.give_up_s:g}; give more than 0")
 
     def start(self, view: TeamView, rng: np.random.Generator) -> AuctionMemory:
         return AuctionMemory()
@@ -225,9 +189,9 @@ class RepeatedAuction:
         said: list[Message] = []
         if memory.began < view.step:
             memory.began = view.step
-            memory.bidder = Bidder.AT_WORK
-            memory.auctioneer = Auctioneer.READY
-            if not _waits(memory, view) and _task_ended(memory, view):
+            _reset(memory, view)
+            failed = self._fails(memory, view)
+            if not _waits(memory, view) and (failed or _task_ended(memory, view)):
                 said += _ask(memory, view)
         for message in inbox:
             body = message.body
@@ -239,6 +203,13 @@ class RepeatedAuction:
                 self._begin(memory, view, body.tasks)
         said += self._close(memory, view, inbox)
         return memory, _action(memory, view), said
+
+    def _fails(self, memory: AuctionMemory, view: TeamView) -> bool:
+        """Whether the robot finds now that it cannot get on with its task."""
+        drives = not memory.idle and memory.drive.goal >= 0 and not _waits(memory, view)
+        was_stuck = memory.stuck
+        memory.stuck = memory.stands.time_s(view, drives) >= self.give_up_s
+        return memory.stuck and not was_stuck
 
     def _close(
         self, memory: AuctionMemory, view: TeamView, inbox: Sequence[Message]
@@ -255,6 +226,8 @@ class RepeatedAuction:
         memory.auctioneer = following
         mine = _lowest_heard(view) == view.robot
         if mine:
+            if view.delay_steps:
+                _set_costs(memory, view, memory.call)  # it has moved since
             offers[view.robot] = memory.costs
         bidders = sorted(offers)
         lists = _sell(memory.call.tasks, [offers[robot] for robot in bidders], view)
@@ -271,6 +244,21 @@ class RepeatedAuction:
         """Begin with what was won in an auction with others."""
         memory.until_s = view.time_s + self.auction_wait_s
         _begin(memory, view, tasks)
+
+
+def _reset(memory: AuctionMemory, view: TeamView) -> None:
+    """Back to the head of the tables, unless an answer may still come."""
+    delay = view.delay_steps
+    awaits_award = (
+        memory.bidder is Bidder.BIDDING and view.step <= memory.answered.auction + 3 * delay
+    )
+    if not (delay and awaits_award):
+        memory.bidder = Bidder.AT_WORK
+    awaits_bids = (
+        memory.auctioneer is Auctioneer.OPEN and view.step <= memory.call.auction + 2 * delay
+    )
+    if not (delay and awaits_bids):
+        memory.auctioneer = Auctioneer.READY
 
 
 def _task_ended(memory: AuctionMemory, view: TeamView) -> bool:
@@ -292,7 +280,10 @@ def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
     auctioneer = _lowest_heard(view)
     if auctioneer == view.robot:
         return _open(memory, view)
-    memory.bidder = BIDDER[memory.bidder, Ended]
+    following = BIDDER.get((memory.bidder, Ended))
+    if following is None:  # an award is under way
+        return []
+    memory.bidder = following
     return [Message(view.robot, auctioneer, view.time_s, Ended())]
 
 
@@ -319,10 +310,12 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
 
 
 def _bid(memory: AuctionMemory, view: TeamView, sender: int, call: Call) -> list[Message]:
-    """The answer to a call by its auctioneer for an auction of this step."""
+    """The answer to a call by its auctioneer for an auction that began when it was sent."""
     following = BIDDER.get((memory.bidder, Call))
     size = view.lattice.rows * view.lattice.cols
-    legal = sender == _lowest_heard(view) != view.robot and call.auction == view.step
+    legal = (
+        sender == _lowest_heard(view) != view.robot and call.auction == view.step - view.delay_steps
+    )
     if following is None or not legal or not all(0 <= task < size for task in call.tasks):
         return []
     memory.bidder = following
@@ -334,7 +327,8 @@ def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
     tasks = np.array(call.tasks, dtype=np.int64)
     here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    memory.costs = tuple(path_costs(view.belief, here, tasks)[0].tolist())
+    costs = path_costs(view.belief, here, tasks)[0]
+    memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
 
 
 def _takes(memory: AuctionMemory, view: TeamView, sender: int, award: Award) -> bool:
@@ -363,17 +357,9 @@ def _sell(
 
     Costs between tasks are worked out by the auctioneer, in the map it shares with the bidders.
     """
-    belief = view.belief
-    distance = field_buffer(belief.moves.size)
-    one_group = np.array([0, 1])
-
-    def between(one: int, other: int) -> float:
-        ends = np.array([tasks[one], tasks[other]])
-        fill_distances(belief.ground, ends[:1], distance, one_group, ends[1:])
-        return float(distance[tasks[other]])
-
+    paths = TaskPaths(view.belief, tasks)
     won: list[list[int]] = [[] for _ in offers]
-    for task, bidder in sequential_auctions(np.array(offers), between):
+    for task, bidder in sequential_auctions(np.array(offers), paths.between, paths.least):
         won[bidder].append(tasks[task])
     return [tuple(own) for own in won]
 
@@ -418,9 +404,9 @@ def _any_target(view: TeamView) -> bool:
 
 def _heard(view: TeamView) -> tuple[int, ...]:
     """The robots it hears now, itself included, ascending."""
-    return tuple(np.flatnonzero(view.heard_step == view.step).tolist())
+    return tuple(np.flatnonzero(view.in_touch).tolist())
 
 
 def _lowest_heard(view: TeamView) -> int:
     """The number of its auctioneer."""
-    return int(np.argmax(view.heard_step == view.step))
+    return int(np.argmax(view.in_touch))

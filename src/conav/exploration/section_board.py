@@ -11,9 +11,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
-
 
 class Status(StrEnum):
     """The status q_j of a section."""
@@ -108,12 +105,13 @@ class News:
 
 @dataclass(frozen=True)
 class Section:
-    """A section as it is offered: border <l_j, u_j>, width, status and whose it is a part of."""
+    """A section of the blackboard <d_j, b_j, n_cj, q_j>, and whose it is; lengths in strips."""
 
-    lower: int
-    upper: int
-    width: int
-    status: Status
+    lower: int  # l_j of the border b_j
+    upper: int  # u_j
+    width: int  # d_j
+    capacity: int  # n_cj: how many robots it can contain
+    status: Status  # q_j
     robot: int = -1  # who has it so far, -1 nobody
 
 
@@ -199,17 +197,15 @@ class Board:
                 self.changes += 1
         return self.changes != before
 
-    def silent(
-        self, heard_step: Sequence[int] | NDArray[np.int32], step: int, limit: float, robot: int
-    ) -> list[int]:
-        """Robots with a section that `robot` has not heard of for more than `limit` steps.
+    def silent(self, stirred: Sequence[int], step: int, limit: float, robot: int) -> list[int]:
+        """Robots with a section that `robot` has no sign of for more than `limit` steps.
 
-        Neither from them nor, by way of their entry here, from others.
+        `stirred` is the step each was last heard to have moved; an entry about it is a sign too.
         """
         return [
             other
             for other, claim in self.claims.items()
-            if other != robot and step - max(int(heard_step[other]), claim.step) > limit
+            if other != robot and step - max(stirred[other], claim.step) > limit
         ]
 
     def held(self, silent: Iterable[int] = ()) -> list[Claim]:
@@ -247,36 +243,57 @@ class Board:
             taken |= _bits(claim.lower, claim.upper)
         return _intervals(~taken & _bits(0, self.size - 1))
 
+    def sections(self, held: Sequence[Claim], robots: int, task_width: float) -> list[Section]:
+        """All sections when `robots` robots are free, ascending by status, then by border.
+
+        Capacities are those of Algorithm 1: of unscanned sections for the free robots, of those
+        that are somebody's for the robots that have them as well. Rectangles of stage 1 are not
+        among them: nobody else is let into one.
+        """
+        free = self.free(held)
+        widths = [upper - lower + 1 for lower, upper in free]
+        capacities = section_capacities(widths, robots, task_width)
+        found = [
+            Section(lower, upper, width, capacity, Status.UNSCANNED)
+            for (lower, upper), width, capacity in zip(free, widths, capacities, strict=True)
+        ]
+        for status in (Status.TO_BE_SCANNED, Status.BEING_SCANNED):
+            some = [claim for claim in held if claim.status is status and claim.heading == 0]
+            widths = [self.width(claim.lower, claim.upper) for claim in some]
+            capacities = section_capacities(widths, len(some) + robots, task_width)
+            found += [
+                Section(claim.lower, claim.upper, width, capacity, status, claim.robot)
+                for claim, width, capacity in zip(some, widths, capacities, strict=True)
+            ]
+        return found
+
     def offer(
         self, held: Sequence[Claim], robots: int, task_width: float, lane: int
     ) -> list[Section]:
         """The sections to bid for: unscanned ones, else to be scanned, else being scanned.
 
-        Unscanned sections are divided into as many sub-sections as Algorithm 1 gives them capacity
-        for `robots` robots. Of sections that are somebody's the far half is offered where they have
-        capacity for another, in whole lanes; a robot keeps one lane, and those it has begun.
+        Each has room for one robot. Unscanned sections are divided into as many sub-sections as
+        they have capacity for. Of sections that are somebody's the far half is offered where they
+        have capacity for another, in whole lanes; a robot keeps one lane, and those it has begun.
         """
-        free = self.free(held)
-        widths = [upper - lower + 1 for lower, upper in free]
-        capacities = section_capacities(widths, robots, task_width)
-        items = [
-            Section(begin, end, end - begin + 1, Status.UNSCANNED)
-            for (lower, upper), capacity in zip(free, capacities, strict=True)
-            for begin, end in divide(lower, upper, capacity, lane)
-        ]
-        if items:
-            return items
-        for status in (Status.TO_BE_SCANNED, Status.BEING_SCANNED):
-            some = [claim for claim in held if claim.status is status and claim.heading == 0]
-            widths = [self.width(claim.lower, claim.upper) for claim in some]
-            capacities = section_capacities(widths, len(some) + robots, task_width)
-            for claim, capacity in zip(some, capacities, strict=True):
-                part = self._far_half(claim, lane) if capacity > 1 else None
-                if part is not None:
-                    items.append(Section(*part, self.width(*part), status, claim.robot))
+        sections = self.sections(held, robots, task_width)
+        for status in _ORDER:
+            items = [
+                Section(*part, self.width(*part), 1, status, section.robot)
+                for section in sections
+                if section.status is status
+                for part in self._parts(section, lane)
+            ]
             if items:
                 return items
         return []
+
+    def _parts(self, section: Section, lane: int) -> list[tuple[int, int]]:
+        """What of a section may be bid for."""
+        if section.robot < 0:
+            return divide(section.lower, section.upper, section.capacity, lane)
+        part = self._far_half(self.claims[section.robot], lane) if section.capacity > 1 else None
+        return [] if part is None else [part]
 
     def _far_half(self, claim: Claim, lane: int) -> tuple[int, int] | None:
         pieces = self.unscanned(claim.lower, claim.upper)

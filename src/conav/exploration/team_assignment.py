@@ -18,9 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.frontier_targets import Targets, find_targets
-from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
+from conav.exploration.nearest import (
+    NearestMemory,
+    by_field,
+    choose_nearest,
+    drive_on,
+    drive_to,
+    keeps_goal,
+)
 from conav.exploration.types import Action, TeamView
-from conav.geometry.distance_field import shortest_path
 from conav.messages.message import Message
 
 
@@ -105,7 +111,7 @@ def planned_step(
     if memory.began < view.step:
         memory.began = view.step
         if not keeps_goal(memory.drive, view):
-            near = np.flatnonzero(view.heard_step == view.step)
+            near = np.flatnonzero(view.in_touch)
             leader = int(near.min())
             if leader == view.robot:
                 said += _lead(memory, view, asking, plan)
@@ -114,21 +120,18 @@ def planned_step(
                 # Until it is told it goes where it would go alone.
                 choose_nearest(memory.drive, view, by_field)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
-    elif asking and memory.assigned < view.step:
+    if asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)
     for order in orders:
         _follow(memory, view, order)
-    drive = memory.drive
-    if drive.goal < 0:
-        return memory, Action(finished=True), said
-    return memory, Action(int(drive.path[drive.left - 1]), drive.goal), said
+    return memory, drive_on(memory.drive), said
 
 
 def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan) -> list[Message]:
     """The orders to the others; takes its own."""
     memory.assigned = view.step
     memory.assignments += 1
-    near = np.flatnonzero(view.heard_step == view.step)
+    near = np.flatnonzero(view.in_touch)
     orders = plan(view, near.tolist(), view.heard_cell[near])
     lowest = int(near.min()) == view.robot
     said: list[Message] = []
@@ -144,16 +147,7 @@ def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan)
 def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
     """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
     drive = memory.drive
-    goal = order.goal
-    if goal == drive.goal and keeps_goal(drive, view):
+    if order.goal == drive.goal and keeps_goal(drive, view):
         return
-    if goal >= 0:
-        path, left = shortest_path(view.belief.ground, view.cell, goal)
-        if left > 0:
-            drive.goal = goal
-            drive.looks_for = order.looks_for
-            drive.beside = False
-            drive.here = view.cell
-            drive.path, drive.left = path, left
-            return
-    choose_nearest(drive, view)
+    if not drive_to(drive, view, order.goal, order.looks_for):
+        choose_nearest(drive, view)

@@ -1,31 +1,38 @@
-"""What was played, a line each in a file that only grows: a killed comparison loses no run."""
+"""What was played, a line each in a file that only grows: whoever is killed loses no run."""
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 from conav.errors import InputError
-from conav.experiments.compare.outcome import Failure, Outcome
+from conav.experiments.compare.outcome import CaseBounds, Failure
+
+R = TypeVar("R")
 
 JOURNAL = "journal.jsonl"
 
 
-class Journal:
-    """The results of cases by key. Use as a context manager; nobody else may have it open.
+class Journal(Generic[R]):
+    """Results of cases, and bounds, by key. Use as a context manager; nobody else may have it open.
 
-    A line is the key and the outcome or the failure, as JSON. Each is handed to the system whole,
-    as soon as its run has ended. Of a key with several lines the last counts.
+    Results are dataclasses, which `read` makes of their fields; it raises `TypeError` or
+    `ValueError` for what is none. A line is the key and the outcome, the failure or the bounds, as
+    JSON. Each is handed to the system whole, as soon as its run has ended. Of a key with several
+    lines the last counts.
 
-    Raises `InputError` where the file cannot be written or another comparison is writing it.
+    Raises `InputError` where the file cannot be written or another command is writing it.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, read: Callable[[dict[str, Any]], R]) -> None:
         self.path = path
-        self.results: dict[str, Outcome | Failure] = {}
+        self._result = read
+        self.results: dict[str, R | Failure] = {}
+        self.bounds: dict[str, CaseBounds] = {}
         self.unreadable: list[int] = []
         """Lines that are no result, but for a last one that was cut short."""
         try:
@@ -39,7 +46,7 @@ class Journal:
             os.close(self._file)
             raise
 
-    def __enter__(self) -> "Journal":
+    def __enter__(self) -> "Journal[R]":
         return self
 
     def __exit__(
@@ -50,11 +57,17 @@ class Journal:
     ) -> None:
         os.close(self._file)
 
-    def add(self, key: str, result: Outcome | Failure) -> None:
+    def add(self, key: str, result: R | Failure) -> None:
         """Keep a result."""
-        kind = "outcome" if isinstance(result, Outcome) else "failure"
-        self._write(json.dumps({"case": json.loads(key), kind: asdict(result)}) + "\n")
+        kind = "failure" if isinstance(result, Failure) else "outcome"
+        content = asdict(cast("Any", result))
+        self._write(json.dumps({"case": json.loads(key), kind: content}) + "\n")
         self.results[key] = result
+
+    def add_bounds(self, key: str, bounds: CaseBounds) -> None:
+        """Keep bounds."""
+        self._write(json.dumps({"case": json.loads(key), "bounds": asdict(bounds)}) + "\n")
+        self.bounds[key] = bounds
 
     def _write(self, text: str) -> None:
         data = text.encode()
@@ -80,7 +93,9 @@ class Journal:
             entry: dict[str, Any] = json.loads(line)
             key = json.dumps(entry["case"], sort_keys=True)
             if "outcome" in entry:
-                self.results[key] = Outcome.read(entry["outcome"])
+                self.results[key] = self._result(entry["outcome"])
+            elif "bounds" in entry:
+                self.bounds[key] = CaseBounds.read(entry["bounds"])
             else:
                 self.results[key] = Failure(**entry["failure"])
         except (ValueError, TypeError, KeyError, AttributeError):
@@ -96,7 +111,7 @@ class Journal:
             except BlockingIOError:
                 raise InputError(
                     self.path.parent,
-                    "is being written by another conav compare",
+                    "is being written by another conav",
                     "wait for it, or choose another --out",
                 ) from None
             except OSError:

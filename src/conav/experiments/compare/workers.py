@@ -1,10 +1,10 @@
-"""Processes that play cases. One that dies costs the case it was at, not the comparison."""
+"""Processes that play cases. One that dies costs the case it was at, not all the others."""
 
 import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
@@ -12,12 +12,12 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pickle import PicklingError
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from conav.errors import InputError
-from conav.experiments.compare.cases import Case, Study
 from conav.experiments.compare.outcome import Failure
-from conav.experiments.compare.run_case import Runner
+
+Task = TypeVar("Task")
 
 READY = "ready"
 
@@ -30,16 +30,18 @@ class _Worker:
 
 
 class Workers:
-    """So many processes with a `Runner` each, or, for one, this process. A context manager.
+    """So many processes with a runner each, or, for one, this process. A context manager.
+
+    `make` is called once in each process and gives the runner, whose methods take a case.
 
     The pool of the standard library gives up altogether when one of its processes dies, for want of
     memory for example.
     """
 
-    def __init__(self, study: Study, jobs: int) -> None:
-        self._study = study
+    def __init__(self, make: Callable[[], Any], jobs: int) -> None:
+        self._make = make
         self._jobs = jobs
-        self._here = Runner(study) if jobs == 1 else None
+        self._here = make() if jobs == 1 else None
         self._workers: list[_Worker] = []
 
     def __enter__(self) -> "Workers":
@@ -58,8 +60,8 @@ class Workers:
         for worker in self._workers:
             worker.process.join()
 
-    def each(self, method: str, cases: Sequence[Case]) -> Iterator[tuple[Case, Any]]:
-        """Each case with what that method of a `Runner` says of it, as they come.
+    def each(self, method: str, cases: Sequence[Task]) -> Iterator[tuple[Task, Any]]:
+        """Each case with what that method of a runner says of it, as they come.
 
         At an interrupt from the keyboard those that are there are still handed out.
         """
@@ -71,7 +73,7 @@ class Workers:
         while len(self._workers) < min(self._jobs, len(waiting)):
             self._workers.append(self._started())
         idle = list(self._workers)
-        busy: dict[Any, tuple[_Worker, Case]] = {}
+        busy: dict[Any, tuple[_Worker, Task]] = {}
         interrupted = False
         while waiting or busy:
             while waiting and idle and not interrupted:
@@ -106,7 +108,7 @@ class Workers:
     def _started(self) -> _Worker:
         context = get_context("spawn")  # nothing of this process is inherited but what is sent
         pipe, other = context.Pipe()
-        process = context.Process(target=_work, args=(self._study, other), daemon=True)
+        process = context.Process(target=_work, args=(self._make, other), daemon=True)
         # Ctrl-C is for this process; a new one ignores what its parent ignores from the start.
         in_main = threading.current_thread() is threading.main_thread()
         before = signal.getsignal(signal.SIGINT)
@@ -141,16 +143,16 @@ class Workers:
         return f"the process that played it ended ({how})"
 
 
-def _send(worker: _Worker, task: tuple[str, Case]) -> None:
+def _send(worker: _Worker, task: tuple[str, Any]) -> None:
     with suppress(OSError):  # it died; reading from it will tell
         worker.pipe.send(task)
 
 
-def _work(study: Study, pipe: "Connection[Any, Any]") -> None:
+def _work(make: Callable[[], Any], pipe: "Connection[Any, Any]") -> None:
     """The life of a process: answer until there is nobody to answer to."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    runner = Runner(study)
+    runner = make()
     pipe.send(READY)
     while True:
         try:

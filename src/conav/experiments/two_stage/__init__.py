@@ -1,0 +1,1 @@
+"""The reproduction of the two-stage strategy's paper [Dai2018]."""
