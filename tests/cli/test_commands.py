@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any
 import pytest
 
 import conav as library
-from conav.cli.explore import parse_points
+from conav.cli.explore import parse_points, ratio_text
+from conav.exploration.bounds.bounds import FinishBounds
 from conav.maps.ascii_art import parse_ascii
 
 FAST = ("explore", "three-obstacles", "--robots", "2", "--seed", "3")
@@ -29,6 +31,12 @@ KEYS = {
     "t95_s",
     "t99_s",
     "t100_s",
+    "lower_bound_s",
+    "lower_bound_by",
+    "upper_bound_s",
+    "upper_bound_by",
+    "ratio",
+    "bounds",
     "path_m",
     "overlap",
     "balance",
@@ -62,6 +70,16 @@ def test_the_json_of_a_run(conav: Any) -> None:
     assert summary["t90_s"] <= summary["t95_s"] <= summary["t99_s"] <= summary["t100_s"]
     assert summary["t100_s"] == summary["time_s"]
     assert len(summary["path_m"]) == 2
+    low, high = summary["ratio"]
+    assert low == summary["t100_s"] / summary["upper_bound_s"] >= 1.0
+    assert high == summary["t100_s"] / summary["lower_bound_s"] >= low
+    assert summary["lower_bound_by"] in ("swath", "eccentricity", "witness")
+    assert summary["upper_bound_by"] in ("known-map", "this-run")
+    assert list(summary["bounds"]) == ["t90", "t95", "t99", "t100"]
+    for name, bounds in summary["bounds"].items():
+        assert set(bounds) == {key for key in KEYS if "bound_" in key} | {"ratio"}
+        assert bounds["ratio"][1] == summary[f"{name}_s"] / bounds["lower_bound_s"]
+    assert summary["bounds"]["t100"] == {key: summary[key] for key in summary["bounds"]["t100"]}
     assert set(summary["balance"]) == {"seen", "path"}
     assert {"mean", "p99", "max"} == set(summary["decision_ms"])
     assert summary["run"] == "run.mcap"
@@ -85,6 +103,9 @@ def test_a_run_that_does_not_finish(conav: Any) -> None:
     assert summary["status"] == "out_of_budget"
     assert summary["t100_s"] is None
     assert summary["time_s"] <= 20
+    assert summary["ratio"] == [1.0, None]
+    assert summary["upper_bound_s"] is None
+    assert summary["lower_bound_s"] > 20
     assert conav(*FAST, "--max-time", "20", "--quiet").code == 1
     assert "out of budget" in conav(*FAST, "--max-time", "20").out
 
@@ -96,7 +117,69 @@ def test_the_summary_for_people(conav: Any) -> None:
     first, second, *_ = outcome.out.splitlines()
     assert first == "three-obstacles, 40 x 40 m: 2 robots, nearest, seed 3"
     assert second.startswith("  done: 100 % of ")
+    said = r"  [\d.]+ to [\d.]+ times the best possible time: no team takes less than [\d.]+ s, "
+    assert re.search(said + r"one that knows the map took [\d.]+ s\n", outcome.out)
     assert "  run file: run.mcap" in outcome.out
+
+
+def test_bounds_can_be_left_out_or_worked_on_longer(conav: Any) -> None:
+    none = json.loads(conav(*FAST, "--json", "--bounds", "none").out)
+    assert set(none) == KEYS | MORE
+    assert all(none[key] is None for key in ("ratio", "bounds", "lower_bound_s", "lower_bound_by"))
+    assert "possible" not in conav(*FAST, "--bounds", "none").out
+    full = json.loads(conav(*FAST, "--json", "--bounds", "full").out)
+    quick = json.loads(conav(*FAST, "--json").out)
+    assert full["lower_bound_s"] >= quick["lower_bound_s"]
+    assert full["bounds"]["t90"]["lower_bound_s"] >= quick["bounds"]["t90"]["lower_bound_s"]
+    outcome = conav(*FAST, "--bounds", "some")
+    assert outcome.code == 2
+    assert outcome.err == ("conav: bounds 'some': is not known; use one of: quick, full, none\n")
+
+
+def test_an_interrupt_while_bounds_are_found_keeps_the_run(
+    conav: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*args: Any, **options: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("conav.simulation.explore.finish_bounds", interrupted)
+    outcome = conav(*FAST, "--json")
+    assert outcome.code == 0
+    summary = json.loads(outcome.out)
+    assert (summary["status"], summary["ratio"]) == ("done", None)
+    # Nobody sees them, nobody waits for them.
+    assert conav(*FAST, "--quiet") == (0, "", "")
+
+
+class Took:
+    """What the wording needs of a run."""
+
+    def __init__(self, time_s: float | None) -> None:
+        self.time_s = time_s
+
+    def ratios(self, bounds: FinishBounds) -> tuple[float, float]:
+        return bounds.ratios_beyond(50.0) if self.time_s is None else bounds.ratios(self.time_s)
+
+
+@pytest.mark.parametrize(
+    ("time_s", "lower_s", "upper_s", "by", "said"),
+    [
+        (30.0, 16.0, 21.0, "known-map", "1.42 to 1.88 times the best possible time: no team takes"),
+        (30.0, 16.0, 30.0, "this-run", "1 to 1.88 times the best possible time: no team takes"),
+        (30.0, 16.0, 30.0, "this-run", "nothing faster is known"),
+        (None, 16.0, 25.0, "known-map", "at least 2 times the best possible time"),
+        (None, 60.0, None, None, "no team takes less than 60 s to see all, no run that saw all"),
+        (16.0, 16.0, 16.0, "known-map", "the best possible time: no team takes less than 16 s"),
+        (0.0, 0.0, 0.0, "this-run", "the best possible time: no team takes less than 0 s"),
+    ],
+)
+def test_the_wording_of_ratios(
+    time_s: float | None, lower_s: float, upper_s: float | None, by: str | None, said: str
+) -> None:
+    bounds = FinishBounds(
+        *(1.0, 9, 9, lower_s, "swath", lower_s, 0.0, 0.0, (), 0, 9, 0, upper_s, by)
+    )
+    assert said in ratio_text(Took(time_s), bounds)
 
 
 def test_quiet(conav: Any) -> None:

@@ -105,7 +105,8 @@ def crash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def small(folder: Path, **changed: Any) -> Comparison:
-    options = {"robots": (2,), "runs": 2, "jobs": 1, "plots": False, "max_time_s": 600.0}
+    options: dict[str, Any] = {"robots": (2,), "runs": 2, "jobs": 1, "plots": False}
+    options |= {"max_time_s": 600.0, "bounds": "none"}  # bounds have tests of their own
     return compare(
         changed.pop("maps", [GRID]),
         changed.pop("strategies", ["nearest", "keep=nearest"]),
@@ -217,13 +218,13 @@ def test_times_to_every_percent_are_exact(tmp_path: Path) -> None:
 
 def test_any_number_of_processes_gives_the_same_files(tmp_path: Path) -> None:
     maps = ["maze", GRID]
-    small(tmp_path / "a", maps=maps, runs=3, jobs=1, max_time_s=60.0)
-    small(tmp_path / "b", maps=maps, runs=3, jobs=2, max_time_s=60.0)
+    small(tmp_path / "a", maps=maps, runs=3, jobs=1, max_time_s=60.0, bounds="quick")
+    small(tmp_path / "b", maps=maps, runs=3, jobs=2, max_time_s=60.0, bounds="quick")
     for name in ("results.csv", "coverage.csv", "results.parquet"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
     keys = [{json.dumps(json.loads(x)["case"]) for x in lines(tmp_path / end)} for end in "ab"]
     assert keys[0] == keys[1]
-    assert len(keys[0]) == 12
+    assert len(keys[0]) == 12 + 6  # bounds for each map and seed
     assert [row["compute_s"] != "" for row in rows(tmp_path / "b", "timing.csv")] == [True] * 12
 
 
@@ -331,6 +332,7 @@ def test_a_process_that_cannot_begin_ends_the_comparison(
 
 def started(folder: Path, *more: str) -> "subprocess.Popen[str]":
     command = ["compare", "maze", "--strategies", "nearest,potential", "--runs", "8", "--no-plots"]
+    command += ["--bounds", "none"]
     return subprocess.Popen(
         [sys.executable, "-m", "conav", *command, "--max-time", "600", "--out", "out", *more],
         cwd=folder,
@@ -460,6 +462,7 @@ def study(runs: int = 3, *, maps: Any = (GRID,), **changed: Any) -> Any:
         "radios": None,
         "seed": 0,
         "settings": {},
+        "bounds": "none",
         "world": World(max_time_s=100.0),
     }
     return make_study(maps, runs=runs, **{**options, **changed})
@@ -474,7 +477,7 @@ def test_tables_by_hand() -> None:
         for seed, t in enumerate(found)
     }
     asked = study()
-    (table,) = tables(asked, results)
+    (table,) = tables(asked, results, {})
     first, second = table.lines
     assert (first.strategy, first.rank, first.runs, first.finished) == ("nearest", 1, 3, 3)
     assert (second.strategy, second.rank, second.runs, second.finished) == ("potential", 2, 3, 1)
@@ -488,8 +491,8 @@ def test_tables_by_hand() -> None:
         ("1", "nearest", "10.0", "15.0", "30.0", "3 of 3"),
         ("2", "potential", "10.0", "15.0", "≥100", "1 of 3"),
     ]
-    over = totals(asked, results, [table])
-    assert total_rows(over)[1:] == [
+    over = totals(asked, results, {}, [table])
+    assert total_rows(asked, over)[1:] == [
         ("nearest", "1.00", "1.00", "1.00", "1.00", "3 of 3"),
         ("potential", "1.00", "1.00", "≥2.55", "2.00", "1 of 3"),
     ]
@@ -502,11 +505,11 @@ def test_ties_share_a_rank_and_pairs_need_both() -> None:
         for strategy in ("nearest", "potential")
         for seed in range(3)
     }
-    (table,) = tables(study(), results)
+    (table,) = tables(study(), results, {})
     assert [line.rank for line in table.lines] == [1, 1]
     results[Case(*group, "nearest", 0)] = Failure("crashed")
     del results[Case(*group, "potential", 1)]
-    (table,) = tables(study(), results)
+    (table,) = tables(study(), results, {})
     near, other = table.lines
     assert (near.runs, near.failed, other.runs) == (2, 1, 2)
     assert other.ratio is not None
@@ -518,7 +521,10 @@ def test_ties_share_a_rank_and_pairs_need_both() -> None:
         for k, strategy in enumerate(("nearest", "potential"))
         for seed in range(3)
     }
-    assert [line.strategy for line in tables(study(), results)[0].lines] == ["potential", "nearest"]
+    assert [line.strategy for line in tables(study(), results, {})[0].lines] == [
+        "potential",
+        "nearest",
+    ]
 
 
 def test_intervals_of_medians() -> None:

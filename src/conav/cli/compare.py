@@ -38,6 +38,7 @@ def compare(
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
     max_time: float = 3600.0,
     out: Path = Path("comparison"),
+    bounds: str = "quick",
     jobs: Whole | None = None,
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -93,6 +94,9 @@ def compare(
         Simulated time after which a run ends [s]; one that has not seen all is counted at it.
     out
         Folder for the page, the numbers, the plots, and the runs that were played.
+    bounds
+        How hard to look for bounds on the best possible time, which the runs are compared with:
+        quick, full or none.
     jobs
         Processes. Default: one per processor.
     plots
@@ -128,6 +132,7 @@ def compare(
             runs=runs,
             seed=seed,
             settings=settings,
+            bounds=bounds,
             jobs=jobs,
             plots=plots,
             progress=progress.show,
@@ -197,7 +202,7 @@ def _print_tables(made: Any) -> None:
     if len(made.study.teams) > 1 and made.totals:
         first = made.study.teams[0].name
         print(f"times relative to {first}, paired runs: geometric mean [95 % interval]")
-        print(aligned(total_rows(made.totals)))
+        print(aligned(total_rows(made.study, made.totals)))
         print()
     for case, failure in list(made.failures.items())[:5]:
         print(f"failed: {case.strategy} on {case.map}, seed {case.seed}: {failure.message}")
@@ -229,7 +234,7 @@ class _Progress:
             self._bar.stop()
 
     def show(self, done: int, total: int) -> None:
-        """Show that so many of the runs are there."""
+        """Show that so many of the runs and bounds are there."""
         if not self._shown:
             return
         if self._bar is None:
@@ -254,7 +259,7 @@ def _new_bar(done: int, total: int) -> tuple[Any, Any]:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("runs,"),
+        TextColumn("runs and bounds,"),
         TimeElapsedColumn(),
         TextColumn("gone,"),
         TimeRemainingColumn(),

@@ -2,6 +2,7 @@
 
 import json as json_module
 import sys
+from math import ceil, floor, inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,6 +33,7 @@ def explore(
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
     seed: Whole = 0,
     max_time: float = 36_000.0,
+    bounds: str = "quick",
     out: Path | None = None,
     png: Path | None = None,
     gif: Path | None = None,
@@ -83,6 +85,9 @@ def explore(
         Seed of everything random: starts, strategies and the layout of a built-in map.
     max_time
         Simulated time after which the run ends [s].
+    bounds
+        How hard to look for bounds on the best possible time, which the run is compared with:
+        quick, full or none.
     out
         Write the run to this .mcap file (read by conav verify and by ROS 2 tools).
     png
@@ -108,7 +113,9 @@ def explore(
     from conav.cli.progress import ExplorationProgress
     from conav.compiled import compiled_before
     from conav.simulation.explore import explore as run
+    from conav.simulation.finish_bounds import check_effort
 
+    check_effort(bounds)
     if not quiet and not compiled_before():
         print(
             "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
@@ -150,12 +157,13 @@ def explore(
             print(f"conav: warning: {warning}", file=sys.stderr)
         if target is not None and (png is not None or gif is not None):
             _draw(target, png, gif)
+    found = _bounds(done, bounds) if json or not quiet else None
     if json:
-        summary = done.summary()
+        summary = done.summary(found)
         summary["run"] = str(out) if out is not None else None
         _print_json(summary)
     elif not quiet:
-        _print_summary(done, out, png, gif)
+        _print_summary(done, found, out, png, gif)
     return 0 if done.status == "done" else 1
 
 
@@ -200,11 +208,43 @@ def _draw(run_file: Path, png: Path | None, gif: Path | None) -> None:
         save_animation(run, gif)
 
 
+def _bounds(done: Any, effort: str) -> Any:
+    """Bounds on the best possible time; none for a run that was interrupted, nor after Ctrl-C."""
+    if effort == "none" or done.result.interrupted:
+        return None
+    try:
+        return done.bounds(effort)
+    except KeyboardInterrupt:
+        return None
+
+
+def ratio_text(done: Any, bounds: Any) -> str:
+    """How the time to see all compares with the best possible one."""
+    low, high = done.ratios(bounds)
+    least = f"no team takes less than {bounds.lower_s:.4g} s"
+    known = "nothing faster is known"
+    if bounds.upper_by == "known-map":
+        known = f"one that knows the map took {bounds.upper_s:.4g} s"
+    elif bounds.upper_by is None:
+        known = "no run that saw all is known"
+    # Both ends are rounded outwards.
+    below, above = f"{floor(100 * low) / 100:g}", high if high == inf else ceil(100 * high) / 100
+    if high == 1.0:
+        return f"the best possible time: {least}"
+    if above == inf and low == 1.0:
+        return f"{least} to see all, {known}"
+    if above == inf:
+        return f"at least {below} times the best possible time: {least}, {known}"
+    return f"{below} to {above:g} times the best possible time: {least}, {known}"
+
+
 def _print_json(content: dict[str, Any]) -> None:
     print(json_module.dumps(content, allow_nan=False))
 
 
-def _print_summary(done: Any, out: Path | None, png: Path | None, gif: Path | None) -> None:
+def _print_summary(
+    done: Any, bounds: Any, out: Path | None, png: Path | None, gif: Path | None
+) -> None:
     summary = done.summary()
     metrics = done.metrics
     grid = done.problem.plan.grid
@@ -222,6 +262,8 @@ def _print_summary(done: Any, out: Path | None, png: Path | None, gif: Path | No
     times = ((90, metrics.t90_s), (95, metrics.t95_s), (99, metrics.t99_s), (100, metrics.t100_s))
     reached = [f"{share} % after {time:.4g} s" for share, time in times if time is not None]
     print("  " + (", ".join(reached) if reached else "90 % not reached"))
+    if bounds is not None:
+        print("  " + ratio_text(done, bounds[100]))
     lengths = ", ".join(f"{length:.4g}" for length in metrics.path_m[:8])
     more = f" and {len(metrics.path_m) - 8} more" if len(metrics.path_m) > 8 else ""
     print(f"  paths {lengths}{more} m; overlap {metrics.overlap:.3g}")

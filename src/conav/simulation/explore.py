@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from conav.errors import InputError
+from conav.exploration.bounds.bounds import FinishBounds
 from conav.exploration.catalogue import DEFAULT_STRATEGY, make_strategy
 from conav.exploration.metrics import ExplorationMetrics
 from conav.exploration.types import TRAFFIC, ExplorationProblem, Strategy
@@ -21,6 +22,7 @@ from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
 from conav.robots.sensor import sensor as make_sensor
 from conav.runs.writer import RunWriter
+from conav.simulation.finish_bounds import finish_bounds
 from conav.simulation.run_exploration import ExplorationResult, run_exploration
 from conav.simulation.starts import start_together, starts_at
 from conav.simulation.world_state import WorldState, generator_for
@@ -28,6 +30,8 @@ from conav.status import Status
 
 DEFAULT_MAX_TIME_S = 36_000.0  # [s] simulated
 MAX_ROBOTS = 1024
+THIS_RUN = "this-run"
+_BOUND_KEYS = ("lower_bound_s", "lower_bound_by", "upper_bound_s", "upper_bound_by", "ratio")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +54,37 @@ class Exploration:
         """What is reported of it."""
         return self.result.metrics
 
-    def summary(self) -> dict[str, Any]:
-        """The object that `conav explore --json` prints."""
+    def bounds(self, effort: str = "quick") -> dict[int, FinishBounds]:
+        """Bounds on the best possible time to each share [%] of `SHARES`, worked out at each call.
+
+        `effort` is "quick", a second or two, or "full", tighter and some ten times slower. The run
+        itself is one that the upper bounds come from: a run that got there is a plan.
+        """
+        found = finish_bounds(self.problem, effort=effort)
+        return {
+            share: bounds.with_run(self.time_to(share), THIS_RUN) for share, bounds in found.items()
+        }
+
+    def time_to(self, share: int) -> float | None:
+        """When coverage first reached one of `SHARES` [%], in simulated seconds; None for never."""
+        return getattr(self.metrics, f"t{share}_s")
+
+    def ratios(self, bounds: FinishBounds, share: int = 100) -> tuple[float, float]:
+        """The least and the greatest that the time to a share [%] can be over the best possible.
+
+        The second is inf where the run had not got there by its end, and where the lower bound is
+        0 and the time is not.
+        """
+        time_s = self.time_to(share)
+        if time_s is None:
+            return bounds.ratios_beyond(self.metrics.time_s)
+        return bounds.ratios(time_s)
+
+    def summary(self, bounds: dict[int, FinishBounds] | None = None) -> dict[str, Any]:
+        """The object that `conav explore --json` prints; without bounds they are null in it."""
         metrics = self.metrics
+        held = {} if bounds is None else {k: self._bounds(k, item) for k, item in bounds.items()}
+        whole = held.get(100, dict.fromkeys(_BOUND_KEYS))
         return {
             "job": "explore",
             "map": self.problem.plan.grid.name,
@@ -67,6 +99,8 @@ class Exploration:
             "t95_s": metrics.t95_s,
             "t99_s": metrics.t99_s,
             "t100_s": metrics.t100_s,
+            **whole,
+            "bounds": {f"t{k}": item for k, item in held.items()} if held else None,
             "path_m": list(metrics.path_m),
             "overlap": metrics.overlap,
             "balance": metrics.balance,
@@ -79,6 +113,22 @@ class Exploration:
             "interrupted": self.result.interrupted,
             "warnings": list(self.warnings),
         }
+
+    def _bounds(self, share: int, bounds: FinishBounds) -> dict[str, Any]:
+        low, high = self.ratios(bounds, share)
+        values = (
+            _finite(bounds.lower_s),
+            bounds.by,
+            bounds.upper_s,
+            bounds.upper_by,
+            [_finite(low), _finite(high)],
+        )
+        return dict(zip(_BOUND_KEYS, values, strict=True))
+
+
+def _finite(value: float) -> float | None:
+    """The number, or None for infinity, which JSON has no word for."""
+    return value if isfinite(value) else None
 
 
 def load_map(

@@ -5,12 +5,12 @@ meetings included, so that an upper bound on the optimum is the time of a real r
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conav.exploration.bounds.bounds import FinishBounds, cells_needed, lower_bounds, time_of
+from conav.exploration.bounds.bounds import cells_needed
 from conav.exploration.bounds.known_map_plan import known_map_plan
 from conav.exploration.types import Action, ExplorationProblem, TeamView
 from conav.geometry.directions import DCOL, DROW, STAY, STRAIGHT
@@ -19,6 +19,8 @@ from conav.messages.message import Message
 from conav.simulation.observable import observable_cells
 from conav.simulation.run_exploration import ExplorationResult, run_exploration
 from conav.simulation.world_state import generator_for
+
+KNOWN_MAP = "known-map"
 
 
 @dataclass
@@ -93,22 +95,4 @@ def known_map_run(
     if plan is None:
         return None
     follower = KnownMapFollower(plan.routes, problem.plan.moves)
-    return run_exploration(problem, follower, name="known-map")
-
-
-def finish_bounds(
-    problem: ExplorationProblem, share: float = 1.0, *, witnesses: int = 15, rounds: int = 150
-) -> FinishBounds:
-    """Bounds, below and above, on when the best team has seen a share of what it can observe.
-
-    The parameters are those of `lower_bounds` and `known_map_run`, which make the two. `upper_s` is
-    None where the run did not see the share. Raises `ValueError` for a share that is not from 0
-    to 1.
-    """
-    observable = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
-    lower = lower_bounds(problem, observable, share, witnesses=witnesses)
-    run = known_map_run(problem, share, rounds=rounds)
-    if run is None:
-        return lower
-    steps = next((step for step, seen in enumerate(run.covered) if seen >= lower.needed), None)
-    return lower if steps is None else replace(lower, upper_s=time_of(problem, steps))
+    return run_exploration(problem, follower, name=KNOWN_MAP)

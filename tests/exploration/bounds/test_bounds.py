@@ -8,8 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conav.exploration.bounds.bounds import FinishBounds, cells_needed, lower_bounds
-from conav.exploration.catalogue import make_strategy
+from conav.exploration.bounds.bounds import (
+    FinishBounds,
+    Ground,
+    cells_needed,
+    lower_bounds,
+    lower_bounds_on,
+)
+from conav.exploration.catalogue import STRATEGIES, make_strategy
 from conav.exploration.metrics import SHARES
 from conav.exploration.types import Action, ExplorationProblem, TeamView
 from conav.maps.ascii_art import parse_ascii
@@ -39,7 +45,8 @@ class RandomWalker:
         return memory, Action(int(rng.choice(ways)) if ways else -1), ()
 
 
-STRATEGIES = ("nearest", "potential", "marginal-contribution", "random-walker")
+FEW = ("nearest", "potential", "marginal-contribution", "random-walker")
+ALL = (*STRATEGIES, "random-walker")
 
 
 def strategy(name: str) -> Any:
@@ -49,7 +56,8 @@ def strategy(name: str) -> Any:
 def check(problem: ExplorationProblem, names: Sequence[str], **options: int) -> None:
     """No strategy reaches a share before the lower bound."""
     observable = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
-    bounds = [lower_bounds(problem, observable, share / 100, **options) for share in SHARES]
+    ground = Ground.of(problem, observable)
+    bounds = [lower_bounds_on(ground, share / 100, **options) for share in SHARES]
     for name in names:
         metrics = run_exploration(problem, strategy(name), name=name).metrics
         for share, bound in zip(SHARES, bounds, strict=True):
@@ -80,19 +88,25 @@ def test_no_run_on_random_maps(seed: int) -> None:
     )
     starts = tuple(rng.choice(free, size=len(robots), replace=False).tolist())
     problem = ExplorationProblem(plan, robots, starts, seed, 300.0, "none")
-    check(problem, STRATEGIES, witnesses=8)
+    check(problem, FEW, witnesses=8)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", ["office", "maze", "cave", "three-obstacles"])
 def test_no_run_on_the_built_in_maps(name: str, motion: str) -> None:
-    size = {} if name == "three-obstacles" else {"width_m": 10.0, "height_m": 10.0}
+    size = {} if name == "three-obstacles" else {"width_m": 7.0, "height_m": 7.0}
     grid = builtin_map(name, **size)
-    for robots, reach in ((1, 3.0), (3, 2.0)):
+    larger = 4.0 if name == "three-obstacles" else 1.0  # its cells are of 1 m
+    for robots, reach, seed in ((1, 3.0, 1), (3, 1.5, 2)):
         problem, _ = exploration_problem(
-            grid, robots=robots, range_m=reach, motion=motion, seed=robots, max_time_s=600.0
+            grid,
+            robots=robots,
+            range_m=reach * larger,
+            motion=motion,
+            seed=seed,
+            max_time_s=150.0 * larger,
         )
-        check(problem, STRATEGIES, witnesses=10)
+        check(problem, ALL, witnesses=10)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +167,9 @@ def test_what_a_bound_says() -> None:
 def test_ratios() -> None:
     bounds = replace(lower_bounds(*small()), upper_s=5.0)
     assert bounds.ratios(10.0) == (2.0, 2.5)
-    assert replace(bounds, upper_s=None).ratios(10.0) == (0.0, 2.5)
+    assert replace(bounds, upper_s=None).ratios(10.0) == (1.0, 2.5)
+    assert bounds.ratios(4.5) == (1.0, 1.125)  # nothing is faster than the fastest
+    assert bounds.ratios_beyond(10.0) == (2.0, inf)
     nothing = replace(bounds, lower_s=0.0, upper_s=0.0)
     assert nothing.ratios(0.0) == (1.0, 1.0)
     assert nothing.ratios(1.0) == (inf, inf)

@@ -15,10 +15,13 @@ from conav.robots.motion import MOTIONS
 from conav.runs.reader import read_run
 from conav.runs.writer import RunWriter
 from conav.simulation.explore import exploration_problem
-from conav.simulation.known_map_run import KnownMapFollower, finish_bounds, known_map_run
+from conav.simulation.finish_bounds import Effort, finish_bounds
+from conav.simulation.known_map_run import KnownMapFollower, known_map_run
 from conav.simulation.observable import observable_cells
 from conav.simulation.run_exploration import run_exploration
 from conav.simulation.world_state import generator_for
+
+SHORT = Effort(rounds=20)
 
 
 def problem_on(name: str, **options: object) -> ExplorationProblem:
@@ -30,7 +33,7 @@ def problem_on(name: str, **options: object) -> ExplorationProblem:
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_teams_that_know_the_map_finish(name: str, motion: str) -> None:
     problem = problem_on(name, robots=3, motion=motion, seed=1)
-    bounds = finish_bounds(problem, rounds=20)
+    bounds = finish_bounds(problem, (100,), effort=SHORT)[100]
     run = known_map_run(problem, rounds=20)
     assert run is not None
     assert run.status == "done"
@@ -71,16 +74,17 @@ def test_alone_a_robot_takes_no_longer_than_its_plan() -> None:
     assert run.metrics.steps <= plan.steps + 1
 
 
-@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
-def test_shares_take_no_longer_than_all(share: float) -> None:
+@pytest.mark.parametrize("share", [50, 90, 99])
+def test_shares_take_no_longer_than_all(share: int) -> None:
     problem = problem_on("maze", robots=2, seed=3)
-    part = finish_bounds(problem, share, rounds=20)
-    whole = finish_bounds(problem, rounds=20)
+    both = finish_bounds(problem, (share, 100), effort=SHORT)
+    part, whole = both[share], both[100]
     assert part.upper_s is not None
     assert whole.upper_s is not None
     assert part.lower_s <= part.upper_s
     assert part.lower_s <= whole.upper_s
-    assert finish_bounds(problem, share, rounds=20) == part
+    assert part.upper_s <= whole.upper_s
+    assert finish_bounds(problem, (share, 100), effort=SHORT) == both
 
 
 def test_robots_that_meet_in_a_corridor_find_back_to_their_routes() -> None:
@@ -100,7 +104,7 @@ def test_robots_that_meet_in_a_corridor_find_back_to_their_routes() -> None:
 def test_without_time_there_is_no_upper_bound() -> None:
     problem = problem_on("maze", robots=1, seed=3)
     hurried = ExplorationProblem(problem.plan, problem.robots, problem.starts, 3, 2.0)
-    bounds = finish_bounds(hurried, rounds=1)
+    bounds = finish_bounds(hurried, (100,), effort=SHORT)[100]
     assert bounds.upper_s is None
     observable = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
     assert bounds == lower_bounds(problem, observable)

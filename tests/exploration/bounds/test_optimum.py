@@ -17,12 +17,13 @@ from conav.maps.planning_grid import PlanningGrid, planning_grid
 from conav.robots.motion import MOTIONS
 from conav.robots.robot import Robot
 from conav.robots.sensor import Sensor
-from conav.simulation.known_map_run import finish_bounds
+from conav.simulation.finish_bounds import Effort, finish_bounds
 from conav.simulation.no_traffic import pass_through
 from conav.simulation.observable import observable_cells
 from conav.simulation.sensing import Looker, look
 
 TOO_MANY = 20_000  # states of one robot
+SHORT = Effort(rounds=20)
 
 State = tuple[int, int, float]  # planning cell, heading, travel credit
 
@@ -218,15 +219,15 @@ def test_optimum_lies_between(name: str, motion: str, reach: float, robots: int)
     free = np.flatnonzero(plan.standable)
     starts = [int(free[0]), int(free[-1])][:robots]
     problem = team(plan, starts, motion, reach=reach)
-    for share in (1.0, 0.9):
-        optimum = optimum_steps(problem, share)
-        bounds = finish_bounds(problem, share, rounds=30)
+    kept_apart = team(plan, starts, motion, reach=reach, traffic="pibt")
+    alone, apart = (finish_bounds(one, effort=SHORT) for one in (problem, kept_apart))
+    for share, bounds in alone.items():
+        optimum = optimum_steps(problem, share / 100)
         assert bounds.lower_s <= optimum * problem.step_s + 1e-9
         assert bounds.upper_s is not None
         assert bounds.upper_s >= optimum * problem.step_s - 1e-9
         # A run with the traffic rule is no faster than the best without.
-        kept_apart = team(plan, starts, motion, reach=reach, traffic="pibt")
-        driven = finish_bounds(kept_apart, share, rounds=30)
+        driven = apart[share]
         assert driven.lower_s == bounds.lower_s
         assert driven.upper_s is None or driven.upper_s >= optimum * problem.step_s - 1e-9
 
@@ -235,7 +236,7 @@ def test_bounds_meet_where_the_way_is_forced() -> None:
     # Dead ends at both sides of the start: only the witness bound knows the way back.
     plan = planning_grid(room("closet"), cell_m=1.0, radius_m=0.1, diagonal=False)
     problem = team(plan, [int(np.flatnonzero(plan.standable)[0])], "4-connected", reach=5.0)
-    bounds = finish_bounds(problem, rounds=30)
+    bounds = finish_bounds(problem, (100,), effort=SHORT)[100]
     assert (bounds.swath_s, bounds.eccentricity_s, bounds.witness_s) == (3.0, 11.0, 15.0)
     assert bounds.by == "witness"
     assert bounds.upper_s == 15.0 == optimum_steps(problem, 1.0) * problem.step_s

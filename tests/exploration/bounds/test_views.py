@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from conav.exploration.bounds.views import Places, Sight, group_views, survey
+from conav.exploration.bounds.views import Places, Sight, group_views, look_cells, survey
 from conav.exploration.types import ExplorationProblem
 from conav.geometry.sight import disc_cells, visible_cells
 from conav.maps.occupancy_grid import OccupancyGrid
@@ -95,10 +95,15 @@ def steps_from_start(problem: ExplorationProblem, robot: int) -> list[float]:
 
 @pytest.mark.parametrize("ratio", [1.0, 0.7, 1.6])
 @pytest.mark.parametrize("sensor", [NEAR, FAR, DISC])
-def test_looking_from_a_cell_and_from_the_places_agree(ratio: float, sensor: Sensor) -> None:
-    problem = random_problem(7, ratio, (sensor,), (1.0,))
+@pytest.mark.parametrize("every", [1, 9])  # more cells than places, and fewer
+def test_looking_from_a_cell_and_from_the_places_agree(
+    ratio: float, sensor: Sensor, every: int
+) -> None:
+    problem = random_problem(4, ratio, (sensor,), (1.0,))
     places = Places.of(problem)
-    free = np.flatnonzero(problem.plan.walls.reshape(-1) == 0)
+    free = np.flatnonzero(problem.plan.walls.reshape(-1) == 0)[::every]
+    # Places outnumber cells where they are smaller, too.
+    assert (len(free) < len(places.cells)) == (every == 9 or ratio < 1.0)
     group = np.full(problem.plan.walls.size, -1, dtype=np.int32)
     group[free] = np.arange(len(free))
     sees = group_views(problem.plan, sensor, places, group, len(free))
@@ -108,12 +113,41 @@ def test_looking_from_a_cell_and_from_the_places_agree(ratio: float, sensor: Sen
         assert sees[number].tolist() == mutual
 
 
-def test_a_group_is_seen_where_any_of_its_cells_is() -> None:
+@pytest.mark.parametrize("taken", [1.0, 0.1])
+def test_a_group_is_seen_where_any_of_its_cells_is(taken: float) -> None:
     problem = random_problem(9, 1.6, (NEAR,), (1.0,))
     places = Places.of(problem)
     rng = np.random.default_rng(0)
-    group = rng.integers(-1, 5, size=problem.plan.walls.size).astype(np.int32)
+    walls = problem.plan.walls.reshape(-1)
+    group = rng.integers(-1, 5, size=walls.size).astype(np.int32)
+    group[(walls == 1) | (rng.random(walls.size) > taken)] = -1
+    assert (np.count_nonzero(group >= 0) < len(places.cells)) == (taken < 1.0)
     sees = group_views(problem.plan, NEAR, places, group, 5)
     for i, centre in enumerate(places.centres.tolist()):
         held = {int(group[cell]) for cell in look(problem, NEAR, centre)} - {-1}
         assert set(np.flatnonzero(sees[:, i]).tolist()) == held
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.7, 1.6])
+@pytest.mark.parametrize("sensors", [(NEAR,), (NEAR, DISC)])
+def test_a_survey_of_some_cells_knows_these_and_nothing_of_others(
+    ratio: float, sensors: tuple[Sensor, ...]
+) -> None:
+    problem = random_problem(4, ratio, sensors, (1.0, 0.5)[: len(sensors)])
+    places = Places.of(problem)
+    free = np.flatnonzero(problem.plan.walls.reshape(-1) == 0)[::7]
+    whole = survey(problem, places)
+    part = survey(problem, places, free)
+    assert part.known.nonzero()[0].tolist() == free.tolist()
+    assert part.first[free].tolist() == whole.first[free].tolist()
+    assert part.views[free].tolist() == whole.views[free].tolist()
+    assert not part.first[~part.known].any()
+
+
+def test_looks_are_counted_from_some_of_them() -> None:
+    problem = random_problem(4, 1.0, (NEAR, DISC), (1.0, 1.0))
+    places = Places.of(problem)
+    few = Places(places.cells[:30], places.centres[:30])
+    exact = sum(len(look(problem, sensor, c)) for sensor in (NEAR, DISC) for c in few.centres)
+    # A cell on the border of two octants may be touched twice.
+    assert exact / 30 <= look_cells(problem, few) <= 1.5 * exact / 30

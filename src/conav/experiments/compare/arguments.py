@@ -18,6 +18,7 @@ from conav.maps.occupancy_grid import OccupancyGrid
 from conav.robots.motion import MOTIONS
 from conav.robots.sensor import SENSORS
 from conav.simulation.explore import MAX_ROBOTS, load_map
+from conav.simulation.finish_bounds import check_effort
 
 Map = str | os.PathLike[str] | OccupancyGrid
 Strategies = Sequence[str] | Mapping[str, str | Strategy]
@@ -36,6 +37,7 @@ def make_study(
     runs: int,
     seed: int,
     settings: Mapping[str, Mapping[str, object]],
+    bounds: str,
     world: World,
 ) -> Study:
     """The comparison asked for; the parameters are those of `compare`.
@@ -54,6 +56,7 @@ def make_study(
         _number("robots", count, 1, MAX_ROBOTS)
     for range_m in _some("range", ranges_m):
         _number("range", range_m, 0, 1e6)
+    check_effort(bounds)
     teams = _teams(strategies, settings)
     return Study(
         maps=_maps(maps, world),
@@ -63,6 +66,8 @@ def make_study(
         radios=_radios(radios, teams),
         seeds=tuple(range(seed, seed + runs)),
         world=world,
+        effort=bounds,
+        bounds_code=_code("conav.simulation.finish_bounds"),
     )
 
 
@@ -137,22 +142,21 @@ def _teams(
 def _team(name: str, strategy: str | Strategy, settings: Mapping[str, object]) -> Team:
     if isinstance(strategy, str):
         mind = make_strategy(strategy, settings)
-        return Team(name, mind, strategy, settings_of(mind), _code(mind))
+        return Team(name, mind, strategy, settings_of(mind), _mind_code(mind))
     if settings:
         raise InputError(f"setting of {name!r}", "which is an object", "give it to the object")
     cls: type[Any] = type(strategy)
     held = settings_of(strategy) if is_dataclass(strategy) else dict(vars(strategy))
-    return Team(name, strategy, f"{cls.__module__}:{cls.__qualname__}", held, _code(strategy))
+    return Team(name, strategy, f"{cls.__module__}:{cls.__qualname__}", held, _mind_code(strategy))
 
 
-def _code(mind: Strategy) -> str:
-    """What stands for the code a run with this mind follows from."""
-    return source_hash(
-        type(mind).__module__,
-        "conav.maps.planning_grid",
-        "conav.simulation.run_exploration",
-        "conav.simulation.starts",
-    )
+def _mind_code(mind: Strategy) -> str:
+    return _code(type(mind).__module__, "conav.simulation.run_exploration")
+
+
+def _code(*modules: str) -> str:
+    """What stands for the code that a result of these modules on a study's problem follows from."""
+    return source_hash(*modules, "conav.maps.planning_grid", "conav.simulation.starts")
 
 
 def _radios(radios: Sequence[str | float] | None, teams: Sequence[Team]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from conav import __version__
 from conav.exploration.types import Strategy
 from conav.maps.occupancy_grid import OccupancyGrid
+from conav.simulation.finish_bounds import NO_BOUNDS
 
 FORMAT = 1
 """Of a case's key and of what is kept of its run; another number and all runs are made anew."""
@@ -31,6 +32,11 @@ class Case(NamedTuple):
     def group(self) -> "Group":
         """What it shares with the cases it stands in one table with."""
         return Group(self.map, self.robots, self.range_m, self.radio)
+
+    @property
+    def ground(self) -> "Ground":
+        """What it shares with all cases of the same bounds."""
+        return Ground(self.map, self.robots, self.range_m, self.seed)
 
     @property
     def pair(self) -> tuple["Group", int]:
@@ -89,6 +95,15 @@ class World:
     max_time_s: float = 3600.0  # [s] simulated
 
 
+class Ground(NamedTuple):
+    """What bounds on the best possible time depend on: neither a strategy nor a radio."""
+
+    map: str
+    robots: int
+    range_m: float
+    seed: int
+
+
 @dataclass(frozen=True)
 class Study:
     """A comparison: every map with every number of robots, range, radio, strategy and seed."""
@@ -100,6 +115,8 @@ class Study:
     radios: tuple[str, ...]
     seeds: tuple[int, ...]
     world: World
+    effort: str = NO_BOUNDS  # how hard to look for bounds on the best possible time
+    bounds_code: str = ""  # a hash of the code they follow from
 
     def groups(self) -> list[Group]:
         """The groups in the order they were asked for."""
@@ -144,25 +161,44 @@ class Study:
 
     def key(self, case: Case) -> str:
         """All that the case's result follows from, as JSON; equal for equal runs in any study."""
-        place, team = self.map(case.map), self.team(case.strategy)
-        world = asdict(self.world)
-        del world["outside_folder"]
-        if not place.seeded:
-            del world["resolution"]  # the grid has one, and it is part of the content
+        team = self.team(case.strategy)
         content = {
-            "format": FORMAT,
-            "conav": __version__,
-            "map": place.content,
-            "robots": case.robots,
-            "range_m": case.range_m,
+            **self._ground_content(case.ground),
             "radio": self.radio(case),
             "strategy": team.strategy,
             "code": team.code,
             "settings": team.settings,
-            "seed": case.seed,
-            **world,
         }
         return json.dumps(content, sort_keys=True, default=repr)
+
+    def grounds(self) -> list[Ground]:
+        """What there are bounds of, seed by seed, without those that agree in all but radio."""
+        return list(dict.fromkeys(case.ground for case in by_seed(self.cases())))
+
+    def bounds_key(self, ground: Ground) -> str:
+        """All that the ground's bounds follow from, as JSON."""
+        content = {
+            **self._ground_content(ground),
+            "bounds": self.effort,
+            "code": self.bounds_code,
+        }
+        return json.dumps(content, sort_keys=True, default=repr)
+
+    def _ground_content(self, ground: Ground) -> dict[str, Any]:
+        place = self.map(ground.map)
+        world = asdict(self.world)
+        del world["outside_folder"]
+        if not place.seeded:
+            del world["resolution"]  # the grid has one, and it is part of the content
+        return {
+            "format": FORMAT,
+            "conav": __version__,
+            "map": place.content,
+            "robots": ground.robots,
+            "range_m": ground.range_m,
+            "seed": ground.seed,
+            **world,
+        }
 
 
 def by_seed(cases: Sequence[Case]) -> list[Case]:

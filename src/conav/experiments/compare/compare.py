@@ -9,17 +9,19 @@ from typing import Any
 
 from conav.errors import InputError
 from conav.experiments.compare.arguments import Map, Strategies, make_study
-from conav.experiments.compare.cases import Case, Study, World, by_seed
+from conav.experiments.compare.cases import Case, Ground, Study, World, by_seed
 from conav.experiments.compare.figures import Figure, draw
 from conav.experiments.compare.files import COVERAGE, PARQUET, RESULTS, TIMING, write_files
 from conav.experiments.compare.journal import JOURNAL, Journal
-from conav.experiments.compare.outcome import Failure, Outcome
+from conav.experiments.compare.optimum import against_best
+from conav.experiments.compare.outcome import CaseBounds, Failure, Outcome
 from conav.experiments.compare.page import PAGE, page
 from conav.experiments.compare.run_case import Runner
 from conav.experiments.compare.summary import table_summary, total_summary
 from conav.experiments.compare.tables import Result, Table, Total, tables, totals
 from conav.experiments.compare.workers import Workers
 from conav.pictures.output import whole_file
+from conav.simulation.finish_bounds import NO_BOUNDS
 
 MAX_JOBS = 1024
 
@@ -77,6 +79,7 @@ def compare(
     runs: int = 10,
     seed: int = 0,
     settings: Mapping[str, Mapping[str, object]] | None = None,
+    bounds: str = "quick",
     jobs: int | None = None,
     plots: bool = True,
     progress: Progress = lambda done, total: None,
@@ -88,14 +91,16 @@ def compare(
     one of a kind, or by name: strategies of the catalogue or objects of your own. `radios` are
     "perfect", "off" or ranges [m]; None is perfect, or what a strategy is made for. Run k has the
     seed `seed` + k, so all strategies start it from the same places. `settings` are by the
-    strategy's name here. `world` are the fields of `World`, as for `conav.explore`; `max_time_s` is
-    the time limit [s] that runs without an end are counted at.
+    strategy's name here. `bounds` is how hard to look for bounds on the best possible time, which
+    depends on no strategy: "quick", "full" or "none". `world` are the fields of `World`, as for
+    `conav.explore`; `max_time_s` is the time limit [s] that runs without an end are counted at.
 
     The folder gets the page, the tables of numbers and, with `plots` and matplotlib, the plots.
     Each run is kept in it as it ends; what is there already is not played again. `jobs` is the
     number of processes, by default one per processor; with 1 nothing but this one is used.
-    `progress` is told how many runs there are of how many. An interrupt from the keyboard ends the
-    comparison with what was played. Raises `InputError` for bad input, before anything is played.
+    `progress` is told how many runs and bounds there are of how many. An interrupt from the
+    keyboard ends the comparison with what was played. Raises `InputError` for bad input, before
+    anything is played.
     """
     jobs = jobs if jobs is not None else os.cpu_count() or 1
     if not 1 <= jobs <= MAX_JOBS:
@@ -109,10 +114,12 @@ def compare(
         runs=runs,
         seed=seed,
         settings=settings or {},
+        bounds=bounds,
         world=World(**world),
     )
     target = Path(folder)
     warnings: list[str] = []
+    failed: list[str] = []  # to find bounds
     played, interrupted = 0, False
     with _opened(target) as journal:
         keys = {case: study.key(case) for case in study.cases()}
@@ -127,22 +134,37 @@ def compare(
         missing = [
             case for key, case in first.items() if not isinstance(journal.results.get(key), Outcome)
         ]
-        total = len(first)
-        progress(total - len(missing), total)
+        grounds = (
+            {} if study.effort == NO_BOUNDS else {g: study.bounds_key(g) for g in study.grounds()}
+        )
+        unbounded = [ground for ground, key in grounds.items() if key not in journal.bounds]
+        total = len(first) + len(grounds)
+        done = total - len(missing) - len(unbounded)
+        progress(done, total)
         try:
-            with Workers[Case](partial(Runner, study), min(jobs, max(len(missing), 1))) as workers:
+            with Workers(
+                partial(Runner, study), min(jobs, max(len(missing), len(unbounded), 1))
+            ) as workers:
                 _check(study, workers, missing)
                 for case, result in workers.each("run", by_seed(missing)):
                     journal.add(keys[case], result)
                     played += 1
-                    progress(total - len(missing) + played, total)
+                    progress(done + played, total)
+                for number, (ground, limits) in enumerate(workers.each("bounds", unbounded), 1):
+                    if isinstance(limits, CaseBounds):
+                        journal.add_bounds(grounds[ground], limits)
+                    else:
+                        failed.append(f"no bounds for {_text(ground)}: {limits.message}")
+                    progress(done + played + number, total)
         except KeyboardInterrupt:
             interrupted = True
         found = {case: journal.results[key] for case, key in keys.items() if key in journal.results}
-    made = tables(study, found)
-    over_all = totals(study, found, made)
-    odd = _odd(found)
-    warnings += odd + write_files(target, study, found)
+        held = {g: journal.bounds[key] for g, key in grounds.items() if key in journal.bounds}
+    best = against_best(study, found, held)
+    made = tables(study, found, best)
+    over_all = totals(study, found, best, made)
+    odd = _odd(found) + failed
+    warnings += odd + write_files(target, study, found, best)
     figures = _drawn(target, study, made, warnings) if plots and not interrupted else []
     with whole_file(target / PAGE) as stream:
         stream.write(page(study, target, found, made, over_all, figures, odd).encode())
@@ -168,7 +190,7 @@ def _opened(folder: Path) -> Journal[Outcome]:
     return Journal(folder / JOURNAL, Outcome.read)
 
 
-def _check(study: Study, workers: Workers[Case], missing: Sequence[Case]) -> None:
+def _check(study: Study, workers: Workers, missing: Sequence[Case]) -> None:
     """Raises `InputError` for what would keep one of these from being played.
 
     The largest team has to fit on every map of every seed, and every strategy to make a first step
@@ -188,6 +210,10 @@ def _check(study: Study, workers: Workers[Case], missing: Sequence[Case]) -> Non
         for case in missing:
             if case in wrong:
                 raise wrong[case]
+
+
+def _text(ground: Ground) -> str:
+    return f"{ground.map}, {ground.robots} robots, range {ground.range_m:g} m, seed {ground.seed}"
 
 
 def _odd(found: Mapping[Case, Result]) -> list[str]:

@@ -3,10 +3,12 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from conav.experiments.compare.cases import Case, Study
+from conav.experiments.compare.optimum import AgainstBest
 from conav.experiments.compare.outcome import Outcome
 from conav.experiments.compare.tables import Result
 from conav.pictures.output import whole_file
@@ -23,17 +25,31 @@ _NUMBERS = (
     "step_s", "time_s", "coverage", "t90_s", "t95_s", "t99_s", "t100_s", "path_m",
     "longest_path_m", "overlap", "balance_seen", "balance_path",
 )  # fmt: skip
+_BEST = {
+    "lower_bound_s": "lower_s",
+    "upper_bound_s": "upper_s",
+    "ratio_low": "low",
+    "ratio_high": "high",
+    "lower_bound_by": "lower_by",
+    "upper_bound_by": "upper_by",
+}
+_BY = ("lower_bound_by", "upper_bound_by")
 _COUNTS = ("steps", "messages", "bytes")
 
 
-def write_files(folder: Path, study: Study, results: Mapping[Case, Result]) -> list[str]:
+def write_files(
+    folder: Path,
+    study: Study,
+    results: Mapping[Case, Result],
+    best: Mapping[Case, AgainstBest],
+) -> list[str]:
     """Write the numbers of what was played, in the order of the cases; gives warnings.
 
     Wall times have a file of their own: all else is the same whenever and wherever it is run.
     """
     cases = [case for case in study.cases() if case in results]
     runs = [results[case] for case in cases]
-    columns = _result_columns(study, cases, runs)
+    columns = _result_columns(study, cases, runs, best)
     _write_csv(folder / RESULTS, columns)
     percents = [_percents(run) for run in runs]
     _write_csv(
@@ -50,9 +66,17 @@ def write_files(folder: Path, study: Study, results: Mapping[Case, Result]) -> l
     return _write_parquet(folder / PARQUET, columns, percents)
 
 
-def _result_columns(study: Study, cases: Sequence[Case], runs: Sequence[Result]) -> Columns:
-    rows = [_row(study, case, run) for case, run in zip(cases, runs, strict=True)]
-    names = (*_CASE, "status", *_COUNTS, *_NUMBERS, "observable_m2", "message")
+def _result_columns(
+    study: Study,
+    cases: Sequence[Case],
+    runs: Sequence[Result],
+    best: Mapping[Case, AgainstBest],
+) -> Columns:
+    rows = [
+        _row(study, case, run) | _best_row(best.get(case))
+        for case, run in zip(cases, runs, strict=True)
+    ]
+    names = (*_CASE, "status", *_COUNTS, *_NUMBERS, "observable_m2", *_BEST, "message")
     return {name: [row.get(name) for row in rows] for name in names}
 
 
@@ -66,6 +90,12 @@ def _row(study: Study, case: Case, run: Result) -> dict[str, Any]:
         "path_m": round(sum(run.path_m), 9),
         "longest_path_m": max(run.path_m),
     }
+
+
+def _best_row(found: AgainstBest | None) -> dict[str, Any]:
+    """The bounds and the ratio's ends; infinity, which is no end, is left out."""
+    values = {name: getattr(found, field, None) for name, field in _BEST.items()}
+    return {name: None if value == inf else value for name, value in values.items()}
 
 
 def _percents(run: Result) -> tuple[float | None, ...]:
@@ -98,6 +128,7 @@ def _write_parquet(path: Path, columns: Columns, percents: Sequence[Any]) -> lis
         "observable_m2": pa.float64(),
         **dict.fromkeys(_COUNTS, pa.int64()),
         **dict.fromkeys(_NUMBERS, pa.float64()),
+        **{name: pa.string() if name in _BY else pa.float64() for name in _BEST},
     }
     arrays = {
         name: pa.array(column, kinds.get(name, pa.string())) for name, column in columns.items()

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar, cast
 
 from conav.errors import InputError
-from conav.experiments.compare.outcome import Failure
+from conav.experiments.compare.outcome import CaseBounds, Failure
 
 R = TypeVar("R")
 
@@ -18,12 +18,12 @@ JOURNAL = "journal.jsonl"
 
 
 class Journal(Generic[R]):
-    """The results of cases by key. Use as a context manager; nobody else may have it open.
+    """Results of cases, and bounds, by key. Use as a context manager; nobody else may have it open.
 
     Results are dataclasses, which `read` makes of their fields; it raises `TypeError` or
-    `ValueError` for what is none. A line is the key and the outcome or the failure, as JSON. Each
-    is handed to the system whole, as soon as its run has ended. Of a key with several lines the
-    last counts.
+    `ValueError` for what is none. A line is the key and the outcome, the failure or the bounds, as
+    JSON. Each is handed to the system whole, as soon as its run has ended. Of a key with several
+    lines the last counts.
 
     Raises `InputError` where the file cannot be written or another command is writing it.
     """
@@ -32,6 +32,7 @@ class Journal(Generic[R]):
         self.path = path
         self._result = read
         self.results: dict[str, R | Failure] = {}
+        self.bounds: dict[str, CaseBounds] = {}
         self.unreadable: list[int] = []
         """Lines that are no result, but for a last one that was cut short."""
         try:
@@ -63,6 +64,11 @@ class Journal(Generic[R]):
         self._write(json.dumps({"case": json.loads(key), kind: content}) + "\n")
         self.results[key] = result
 
+    def add_bounds(self, key: str, bounds: CaseBounds) -> None:
+        """Keep bounds."""
+        self._write(json.dumps({"case": json.loads(key), "bounds": asdict(bounds)}) + "\n")
+        self.bounds[key] = bounds
+
     def _write(self, text: str) -> None:
         data = text.encode()
         try:
@@ -88,6 +94,8 @@ class Journal(Generic[R]):
             key = json.dumps(entry["case"], sort_keys=True)
             if "outcome" in entry:
                 self.results[key] = self._result(entry["outcome"])
+            elif "bounds" in entry:
+                self.bounds[key] = CaseBounds.read(entry["bounds"])
             else:
                 self.results[key] = Failure(**entry["failure"])
         except (ValueError, TypeError, KeyError, AttributeError):

@@ -45,6 +45,20 @@ class Outcome:
 
 
 @dataclass(frozen=True)
+class CaseBounds:
+    """What is kept of bounds on the best possible time to see all; simulated seconds."""
+
+    lower_s: float
+    lower_by: str  # swath, eccentricity or witness
+    known_map_s: float | None  # of a team that knows the map
+
+    @staticmethod
+    def read(content: dict[str, Any]) -> "CaseBounds":
+        """The bounds that were kept. Raises `TypeError` for what is none."""
+        return CaseBounds(**content)
+
+
+@dataclass(frozen=True)
 class Failure:
     """A run that could not be played to its end, and why."""
 

@@ -24,6 +24,7 @@ from conav.experiments.compare.wording import (
     total_rows,
 )
 from conav.exploration.catalogue import STRATEGIES, make_strategy, settings_of
+from conav.simulation.finish_bounds import DEFAULT_EFFORT, NO_BOUNDS
 
 PAGE = "README.md"
 
@@ -64,6 +65,8 @@ def command(study: Study, folder: Path) -> str | None:
     for team in study.teams:
         for name, value in _changed(team).items():
             words += ["--set", f"{team.name}.{name}={_text(value)}"]
+    if study.effort != DEFAULT_EFFORT:
+        words += ["--bounds", study.effort]
     words += ["--out", str(folder)]
     return shlex.join(words)
 
@@ -92,7 +95,7 @@ def page(
             f"Times relative to {names[0]}: geometric means over the runs, paired by map, team and "
             "start.",
             "",
-            markdown(total_rows(found)),
+            markdown(total_rows(study, found)),
             "",
         ]
     for k, table in enumerate(made):
@@ -170,6 +173,7 @@ def _reading(study: Study) -> list[str]:
         "- In brackets stands a 95 % interval: of a median by the ranks of the runs, of a ratio "
         "by bootstrap over the pairs of runs. It speaks of runs like these, on these maps. With "
         f"fewer than {ENOUGH} runs there is none.",
+        *_reading_best(study),
         "- Ranks are by T100, then by how many got there, then by T99 and T90.",
         "- The other measures are medians of whole runs, so a team that goes on to the time limit "
         "drives and sends more. overlap: what each robot saw, added up, over what the team saw, "
@@ -179,6 +183,18 @@ def _reading(study: Study) -> list[str]:
         f"times. `{JOURNAL}` is what the command goes on from when it is given again.",
         "- `conav explore MAP --seed SEED` with the same options plays a run again.",
         "",
+    ]
+
+
+def _reading_best(study: Study) -> list[str]:
+    if study.effort == NO_BOUNDS:
+        return []
+    return [
+        "- *T100 over best possible* is the interval in which the median ratio of T100 to the "
+        "fastest time possible, for a team that knows the map, lies. The upper end comes from a "
+        "certified lower bound, which no team can beat on that map from these starts; the lower "
+        "end from the fastest run known: of any strategy here, or of a team that was given the "
+        f"map. {AT_LEAST} stands where runs that did not see all leave the upper end open.",
     ]
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from conav.errors import InputError
 from conav.experiments.compare.arguments import map_content
-from conav.experiments.compare.cases import Case, Study
-from conav.experiments.compare.outcome import Failure, Outcome, outcome_of
+from conav.experiments.compare.cases import Case, Ground, Study
+from conav.experiments.compare.outcome import CaseBounds, Failure, Outcome, outcome_of
 from conav.exploration.types import ExplorationProblem
 from conav.maps.planning_grid import PlanningGrid, default_start_area, planning_grid
 from conav.robots.motion import MOTIONS
@@ -16,6 +16,7 @@ from conav.robots.radio import radio as make_radio
 from conav.robots.robot import Robot
 from conav.robots.sensor import sensor as make_sensor
 from conav.simulation.explore import load_map
+from conav.simulation.finish_bounds import finish_bounds
 from conav.simulation.run_exploration import run_exploration
 from conav.simulation.starts import start_together
 from conav.simulation.world_state import generator_for
@@ -97,6 +98,24 @@ class Runner:
         if result.interrupted:
             raise KeyboardInterrupt
         return outcome_of(problem, warnings, result)
+
+    def bounds(self, ground: Ground) -> CaseBounds | Failure:
+        """Bounds on the best possible time. An interrupt from the keyboard goes through."""
+        study = self.study
+        case = Case(
+            ground.map,
+            ground.robots,
+            ground.range_m,
+            study.radios[0],
+            study.teams[0].name,
+            ground.seed,
+        )
+        try:
+            problem, _ = self.problem(case)
+            found = finish_bounds(problem, (100,), effort=study.effort)[100]
+        except Exception as error:
+            return Failure(_in_a_line(error))
+        return CaseBounds(found.lower_s, found.by, found.upper_s)
 
     def _plan(self, name: str, seed: int) -> PlanningGrid:
         place, world = self.study.map(name), self.study.world

@@ -27,6 +27,7 @@ def table_summary(table: Table) -> dict[str, Any]:
                     for share, times in line.times.items()
                 },
                 "t100_ratio": _ratio(line.ratio),
+                "t100_over_best": _best(line.best),
                 **{name: _estimate(found) for name, found in line.measures.items()},
             }
             for line in table.lines
@@ -43,7 +44,12 @@ def total_summary(total: Total) -> dict[str, Any]:
         "failed": total.failed,
         "mean_rank": total.mean_rank,
         **{f"t{share}_ratio": _ratio(ratio) for share, ratio in total.ratios.items()},
+        "t100_over_best": _best(total.best),
     }
+
+
+def _best(found: tuple[float, float] | None) -> list[float | None] | None:
+    return None if found is None else [end if isfinite(end) else None for end in found]
 
 
 def _ratio(ratio: Ratio | None) -> dict[str, Any] | None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from conav.experiments.compare.cases import Case, Group, Study
+from conav.experiments.compare.optimum import AgainstBest, median_ratio
 from conav.experiments.compare.outcome import Failure, Outcome
 from conav.experiments.compare.statistics import median_interval, ratio_bootstrap
 from conav.intervals import Estimate
@@ -51,6 +52,7 @@ class Line:
     failed: int  # that could not be played
     times: dict[int, Times]  # by share [%]
     ratio: Ratio | None  # of T100
+    best: tuple[float, float] | None  # between these lies the median of T100 over the best possible
     measures: dict[str, Estimate]  # medians, by names of `MEASURES`
 
 
@@ -73,6 +75,7 @@ class Total:
     failed: int
     mean_rank: float
     ratios: dict[int, Ratio]  # by share [%]; none without a pair of runs
+    best: tuple[float, float] | None  # as of a `Line`
 
 
 def time_to(run: Outcome, percent: int, limit_s: float) -> float:
@@ -81,13 +84,20 @@ def time_to(run: Outcome, percent: int, limit_s: float) -> float:
     return max(limit_s if time is None else time, run.step_s)
 
 
-def tables(study: Study, results: Mapping[Case, Result]) -> list[Table]:
+def tables(
+    study: Study, results: Mapping[Case, Result], best: Mapping[Case, AgainstBest]
+) -> list[Table]:
     """A table for each group of which something was played."""
-    found = [_table(study, group, results) for group in study.groups()]
+    found = [_table(study, group, results, best) for group in study.groups()]
     return [table for table in found if table.lines]
 
 
-def totals(study: Study, results: Mapping[Case, Result], made: Sequence[Table]) -> list[Total]:
+def totals(
+    study: Study,
+    results: Mapping[Case, Result],
+    best: Mapping[Case, AgainstBest],
+    made: Sequence[Table],
+) -> list[Total]:
     """Each strategy over all groups, in the order they were asked for."""
     cases = study.cases()
     found: list[Total] = []
@@ -105,12 +115,20 @@ def totals(study: Study, results: Mapping[Case, Result], made: Sequence[Table]) 
                     ratios={share: _ratio(study, pairs, share) for share in SHARES}
                     if pairs
                     else {},
+                    best=median_ratio(
+                        [one for case, one in best.items() if case.strategy == team.name]
+                    ),
                 )
             )
     return found
 
 
-def _table(study: Study, group: Group, results: Mapping[Case, Result]) -> Table:
+def _table(
+    study: Study,
+    group: Group,
+    results: Mapping[Case, Result],
+    best: Mapping[Case, AgainstBest],
+) -> Table:
     limit = study.world.max_time_s
     played: dict[str, list[Outcome]] = {}
     failed: dict[str, int] = {}
@@ -131,6 +149,9 @@ def _table(study: Study, group: Group, results: Mapping[Case, Result]) -> Table:
             failed=failed.get(strategy, 0),
             times={share: _times(runs, share, limit) for share in SHARES},
             ratio=_ratio(study, pairs, 100) if pairs else None,
+            best=median_ratio(
+                [best[case] for case in cases if case.strategy == strategy and case in best]
+            ),
             measures={
                 name: median_interval([value(run) for run in runs])
                 for name, (_, value) in MEASURES.items()

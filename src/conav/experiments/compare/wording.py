@@ -1,11 +1,12 @@
 """How numbers, groups and tables are written for people, on a terminal and in Markdown."""
 
 from collections.abc import Iterable, Sequence
-from math import isfinite
+from math import ceil, floor, isfinite
 
 from conav.experiments.compare.cases import OWN_RADIO, Group, Study
 from conav.experiments.compare.tables import MEASURES, SHARES, Line, Ratio, Table, Times, Total
 from conav.intervals import Estimate
+from conav.simulation.finish_bounds import NO_BOUNDS
 
 AT_LEAST = "\N{GREATER-THAN OR EQUAL TO}"
 AT_MOST = "\N{LESS-THAN OR EQUAL TO}"
@@ -91,11 +92,12 @@ def _parts(group: Group) -> Iterable[tuple[str, float | str]]:
 def group_rows(study: Study, table: Table) -> Rows:
     """The times of a group's strategies."""
     rows: Rows = [
-        ("rank", "strategy", *(f"T{share} [s]" for share in SHARES), "all seen"),
+        ("rank", "strategy", *(f"T{share} [s]" for share in SHARES), "all seen", *_best(study)),
     ]
     for line in table.lines:
         times = (times_text(line.times[share], study.world.max_time_s) for share in SHARES)
-        rows.append((str(line.rank), line.strategy, *times, finished_text(line)))
+        best = [best_text(line.best) for _ in _best(study)]
+        rows.append((str(line.rank), line.strategy, *times, finished_text(line), *best))
     return rows
 
 
@@ -114,13 +116,38 @@ def measure_rows(study: Study, table: Table) -> Rows:
     return rows
 
 
-def total_rows(found: Sequence[Total]) -> Rows:
+def total_rows(study: Study, found: Sequence[Total]) -> Rows:
     """The strategies over all groups."""
-    rows: Rows = [("strategy", *(f"T{share}" for share in SHARES), "mean rank", "all seen")]
+    rows: Rows = [
+        ("strategy", *(f"T{share}" for share in SHARES), "mean rank", "all seen", *_best(study))
+    ]
     for total in found:
         ratios = (ratio_text(total.ratios.get(share)) for share in SHARES)
-        rows.append((total.strategy, *ratios, f"{total.mean_rank:.2f}", finished_text(total)))
+        best = [best_text(total.best) for _ in _best(study)]
+        rows.append(
+            (total.strategy, *ratios, f"{total.mean_rank:.2f}", finished_text(total), *best)
+        )
     return rows
+
+
+def _best(study: Study) -> list[str]:
+    """The heading of the column that tells how far from the best possible; none without bounds."""
+    return [] if study.effort == NO_BOUNDS else ["T100 over best possible"]
+
+
+def best_text(found: tuple[float, float] | None) -> str:
+    """Between what a ratio to the best possible lies, rounded outwards.
+
+    >>> best_text((1.239, 2.301)), best_text((1.0, 1.0)), best_text((1.5, float("inf")))
+    ('1.23 to 2.31', '1', '≥1.5')
+    """
+    if found is None:
+        return "-"
+    low = f"{floor(100 * found[0] + 1e-9) / 100:g}"
+    if not isfinite(found[1]):
+        return AT_LEAST + low
+    high = f"{ceil(100 * found[1] - 1e-9) / 100:g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def finished_text(line: Line | Total) -> str:

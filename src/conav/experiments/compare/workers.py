@@ -12,14 +12,13 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pickle import PicklingError
 from types import TracebackType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from conav.errors import InputError
 from conav.experiments.compare.outcome import Failure
 
-C = TypeVar("C")
-
 READY = "ready"
+Task = TypeVar("Task")
 
 
 @dataclass(eq=False)
@@ -29,7 +28,7 @@ class _Worker:
     ready: bool = False
 
 
-class Workers(Generic[C]):
+class Workers:
     """So many processes with a runner each, or, for one, this process. A context manager.
 
     `make` is called once in each process and gives the runner, whose methods take a case.
@@ -44,7 +43,7 @@ class Workers(Generic[C]):
         self._here = make() if jobs == 1 else None
         self._workers: list[_Worker] = []
 
-    def __enter__(self) -> "Workers[C]":
+    def __enter__(self) -> "Workers":
         return self
 
     def __exit__(
@@ -60,7 +59,7 @@ class Workers(Generic[C]):
         for worker in self._workers:
             worker.process.join()
 
-    def each(self, method: str, cases: Sequence[C]) -> Iterator[tuple[C, Any]]:
+    def each(self, method: str, cases: Sequence[Task]) -> Iterator[tuple[Task, Any]]:
         """Each case with what that method of a runner says of it, as they come.
 
         At an interrupt from the keyboard those that are there are still handed out.
@@ -73,7 +72,7 @@ class Workers(Generic[C]):
         while len(self._workers) < min(self._jobs, len(waiting)):
             self._workers.append(self._started())
         idle = list(self._workers)
-        busy: dict[Any, tuple[_Worker, C]] = {}
+        busy: dict[Any, tuple[_Worker, Task]] = {}
         interrupted = False
         while waiting or busy:
             while waiting and idle and not interrupted:

@@ -92,5 +92,5 @@ class Lab:
         with self._workers(len(cases)) as workers:
             return dict(workers.each("trace", cases))
 
-    def _workers(self, count: int) -> Workers[Case]:
-        return Workers[Case](partial(Runner, self.world), max(min(self.jobs, count), 1))
+    def _workers(self, count: int) -> Workers:
+        return Workers(partial(Runner, self.world), max(min(self.jobs, count), 1))

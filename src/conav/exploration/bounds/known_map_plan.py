@@ -20,7 +20,7 @@ from conav.exploration.types import ExplorationProblem
 from conav.geometry.directions import DCOL, DROW, SQRT2
 from conav.geometry.sight import disc_cells, visible_cells
 
-MOST_BYTES = 2**28  # of each: what places see, what is seen on the way, distances
+MOST_BYTES = 2**27  # of each: what places see, what is seen on the way, distances
 THRESHOLD = 0.03  # how much worse than the best a plan may be to be changed next
 
 Route = list[int]  # viewpoints, planning cells; the start comes first

@@ -1,21 +1,19 @@
 """The swath bound: a moving robot brings few new cells a step into its sensor's range.
 
-Give every cell c a set F(c) of places that contains all places that see it, and call c caught when
-some robot has been in F(c): a cell that was seen has been caught. A move from p to q catches at
-most the gain |{c : q in F(c), p not in F(c)}|, and only when nobody was at q before. So after k
-steps no more is seen than was caught at the starts, plus the largest gains that the team's travel
-in k steps can pay for, each place's once.
+Call a cell caught when some robot has been within sensor range of it, whatever stands between: a
+cell that was seen has been caught. A move from p to q catches at most the gain, the observable
+cells of D(q) that are not in D(p), where D is the disc of the sensor on this grid; and nothing when
+somebody was at q before. So after k steps no more is seen than N0, the observable cells in the
+whole discs around the starts, plus the largest gains that the team's travel in k steps can pay for,
+each place's once.
 
-With F(c) all places within range of c this is the textbook's bound, N0 + n g k cells after k steps
-with g = |(D + e) \\ D| cells for a move e of the disc D; N0 must count the whole discs around the
-starts, not only what is seen in them, or it is wrong behind corners. Here F(c) is smaller: of the
-places within range of c, those from which a place that sees c can be reached without leaving the
-range. Places in the next room, whose door is farther off, drop out; and no move inside the range
-enters F(c), so that gains remain those of a disc's rim.
+N0 must count the whole discs. With what is seen in them at first instead, the bound is wrong behind
+corners: a step round one shows at once what was in range all the time. And gains must be those of
+the grid: on a continuous plane the rim is 2 r wide, on the grid 2 floor(r) + 1 cells, which is
+more.
 """
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +23,11 @@ from conav.exploration.bounds.travel import most_travel
 from conav.exploration.bounds.views import Places, Sight, sensors_of
 from conav.exploration.types import ExplorationProblem
 from conav.geometry.directions import DCOL, DROW, SQRT2
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import disc_cells
 from conav.maps.planning_grid import PlanningGrid
 from conav.robots.sensor import Sensor
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
-MOST_KEPT = 8  # curves per planning grid
-_gains: WeakKeyDictionary[PlanningGrid, dict[tuple[Sensor, bytes, bytes], Curve]] = (
-    WeakKeyDictionary()
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,32 +70,19 @@ def swath_steps(swath: Swath, needed: int) -> float:
 
 
 def swath_of(problem: ExplorationProblem, places: Places, observable: NDArray[np.uint8]) -> Swath:
-    """The swath of a team; a pass over the observable cells for each sensor.
-
-    The gains do not depend on where in a part of the map a team starts. They are kept for as long
-    as its planning grid lives, so that for other starts only the cells around these are passed.
-    """
+    """The swath of a team: a pass over the places for each sensor."""
     plan = problem.plan
-    caught = np.zeros(observable.size, dtype=np.uint8)
+    caught = np.zeros(observable.size, dtype=np.bool_)
     team = np.zeros(len(problem.robots), dtype=np.int64)
     curves: list[Curve] = []
-    cells = np.flatnonzero(observable.reshape(-1))
-    kept = _gains.setdefault(plan, {})
     for number, (sensor, robots) in enumerate(sensors_of(problem).items()):
         team[robots] = number
-        starts = [problem.starts[robot] for robot in robots]
-        key = (sensor, places.cells.tobytes(), observable.tobytes())
-        if key not in kept:
-            if len(kept) >= MOST_KEPT:
-                kept.clear()
-            gains = catch_gains(plan, sensor, places, cells, starts, caught)
-            kept[key] = _curve(gains[:, :4].max(axis=1), gains.max(axis=1))
-        else:
-            near = cells[_in_range(plan, sensor, starts, cells)]
-            catch_gains(plan, sensor, places, near, starts, caught)
-        curves.append(kept[key])
+        for robot in robots:
+            caught[_in_range(plan, sensor, problem.starts[robot])] = True
+        gains = catch_gains(plan, sensor, places, observable)
+        curves.append(_curve(gains[:, :4].max(axis=1), gains.max(axis=1)))
     return Swath(
-        caught=int(caught.sum()),
+        caught=int(np.count_nonzero(caught & (observable.reshape(-1) == 1))),
         rates=problem.rates,
         team=team,
         travel=tuple(travel for travel, _ in curves),
@@ -109,19 +90,12 @@ def swath_of(problem: ExplorationProblem, places: Places, observable: NDArray[np
     )
 
 
-def _in_range(
-    plan: PlanningGrid, sensor: Sensor, starts: list[int], cells: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Which fine cells are within the sensor's range of any of some planning cells."""
-    lattice = plan.lattice
-    reach = sensor.range_m / lattice.resolution + 1e-6
-    rows, cols = np.divmod(cells, lattice.fine_cols)
-    near = np.zeros(len(cells), dtype=np.bool_)
-    for start in starts:
-        row, col = divmod(start, lattice.cols)
-        away = (rows - lattice.fine_row[row]) ** 2 + (cols - lattice.fine_col[col]) ** 2
-        near |= away <= reach * reach
-    return near
+def _in_range(plan: PlanningGrid, sensor: Sensor, place: int) -> NDArray[np.int32]:
+    """The fine cells of the whole disc around a planning cell."""
+    sight = Sight(plan, sensor)
+    row, col = divmod(place, plan.lattice.cols)
+    fine_row, fine_col = int(plan.lattice.fine_row[row]), int(plan.lattice.fine_col[col])
+    return sight.out[: disc_cells(plan.walls, fine_row, fine_col, sight.limits, sight.out)]
 
 
 def _curve(straight: NDArray[np.int32], either: NDArray[np.int32]) -> Curve:
@@ -146,102 +120,63 @@ def _curve(straight: NDArray[np.int32], either: NDArray[np.int32]) -> Curve:
 
 
 def catch_gains(
-    plan: PlanningGrid,
-    sensor: Sensor,
-    places: Places,
-    cells: NDArray[np.int64],
-    starts: list[int],
-    caught: NDArray[np.uint8],
+    plan: PlanningGrid, sensor: Sensor, places: Places, observable: NDArray[np.uint8]
 ) -> NDArray[np.int32]:
-    """How many of some fine cells are caught by each move, shape (planning cells, 8).
+    """How many observable cells are caught by each move, shape (n_places, 8).
 
-    Entry (q, k) is for the move to q from its neighbour in direction k. `caught` (fine cells,) gets
-    1 for those of `cells` that are caught at `starts`.
+    Entry (i, k) is for the move to place i from its neighbour in direction k, 0 where there is
+    none.
     """
-    sight = Sight(plan, sensor)
-    size = plan.moves.size
-    # Planning cells smaller than fine ones share a fine cell: a chain of them.
-    at = np.full(plan.walls.size, -1, dtype=np.int32)
-    following = np.full(size, -1, dtype=np.int32)
-    for cell, centre in zip(places.cells.tolist(), places.centres.tolist(), strict=True):
-        following[cell] = at[centre]
-        at[centre] = cell
-    started = np.zeros(size, dtype=np.uint8)
-    started[starts] = 1
+    ahead = np.zeros((observable.shape[0], observable.shape[1] + 1), dtype=np.int32)
+    np.cumsum(observable, axis=1, out=ahead[:, 1:])
     return _catch_gains(
-        plan.walls,
+        ahead,
         plan.moves,
         plan.lattice.fine_row,
         plan.lattice.fine_col,
-        cells,
-        at,
-        following,
-        started,
-        sight.occlusion,
-        sight.limits,
-        sight.lows,
-        sight.highs,
-        sight.out,
-        caught,
+        places.cells,
+        Sight(plan, sensor).limits,
     )
 
 
 @kernel
 def _catch_gains(
-    walls: NDArray[np.uint8],
+    ahead: NDArray[np.int32],
     moves: NDArray[np.uint8],
     fine_row: NDArray[np.int32],
     fine_col: NDArray[np.int32],
-    cells: NDArray[np.int64],
-    at: NDArray[np.int32],
-    following: NDArray[np.int32],
-    started: NDArray[np.uint8],
-    occlusion: bool,
+    places: NDArray[np.int64],
     limits: NDArray[np.int32],
-    lows: NDArray[np.float64],
-    highs: NDArray[np.float64],
-    out: NDArray[np.int32],
-    caught: NDArray[np.uint8],
 ) -> NDArray[np.int32]:
-    fine_cols = walls.shape[1]
+    # ahead[r, c]: observable cells of row r before column c.
+    rows = ahead.shape[0]
+    last = ahead.shape[1] - 1
     cols = moves.shape[1]
     flat = moves.reshape(-1)
     reach = limits.shape[0] - 1
-    gains = np.zeros((flat.shape[0], 8), dtype=np.int32)
-    stamp = np.full(flat.shape[0], -1, dtype=np.int32)
-    queue = np.empty(flat.shape[0], dtype=np.int32)
-    for i in range(cells.shape[0]):
-        row = cells[i] // fine_cols
-        col = cells[i] % fine_cols
-        if occlusion:
-            count = visible_cells(walls, row, col, limits, lows, highs, out)
-        else:
-            count = disc_cells(walls, row, col, limits, out)
-        tail = 0
-        for j in range(count):
-            place = at[out[j]]
-            while place >= 0 and stamp[place] != i:
-                stamp[place] = i
-                queue[tail] = place
-                tail += 1
-                place = following[place]
-        head = 0
-        while head < tail:
-            place = queue[head]
-            head += 1
-            if started[place] == 1:
-                caught[cells[i]] = 1
-            bits = flat[place]
-            for k in range(8):
-                if bits & (1 << k):
-                    other = place + DROW[k] * cols + DCOL[k]
-                    if stamp[other] == i:
-                        continue
-                    dr = abs(fine_row[other // cols] - row)
-                    if dr <= reach and abs(fine_col[other % cols] - col) <= limits[dr]:
-                        stamp[other] = i
-                        queue[tail] = other
-                        tail += 1
-                    else:
-                        gains[place, k] += 1
+    gains = np.zeros((places.shape[0], 8), dtype=np.int32)
+    for i in range(places.shape[0]):
+        row = fine_row[places[i] // cols]
+        col = fine_col[places[i] % cols]
+        for k in range(8):
+            if not flat[places[i]] & (1 << k):
+                continue
+            from_row = fine_row[places[i] // cols + DROW[k]]
+            from_col = fine_col[places[i] % cols + DCOL[k]]
+            gain = 0
+            for r in range(max(row - reach, 0), min(row + reach, rows - 1) + 1):
+                # Columns in range of the new place, less those in range of the old one.
+                limit = limits[abs(r - row)]
+                begin = max(col - limit, 0)
+                end = min(col + limit + 1, last)
+                if begin >= end:
+                    continue
+                gain += ahead[r, end] - ahead[r, begin]
+                if abs(r - from_row) <= reach:
+                    limit = limits[abs(r - from_row)]
+                    begin = max(begin, from_col - limit)
+                    end = min(end, from_col + limit + 1)
+                    if begin < end:
+                        gain -= ahead[r, end] - ahead[r, begin]
+            gains[i, k] = gain
     return gains

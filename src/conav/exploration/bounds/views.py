@@ -22,6 +22,8 @@ from conav.geometry.sight import (
 from conav.maps.planning_grid import PlanningGrid
 from conav.robots.sensor import Sensor
 
+PROBES = 64  # looks from which the size of all is told
+
 
 class Sight:
     """Working space for looks with one sensor over one planning grid."""
@@ -56,6 +58,24 @@ class Places:
         )
         return Places(cells, centres)
 
+    def by_fine_cell(self, plan: PlanningGrid) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """The places whose centres lie in each fine cell, as a chain.
+
+        The number of one place per fine cell, and of the next one per place; -1 for none. Planning
+        cells smaller than fine ones share a fine cell.
+        """
+        at = np.full(plan.walls.size, -1, dtype=np.int32)
+        following = np.full(len(self.centres), -1, dtype=np.int32)
+        _chain(self.centres, at, following)
+        return at, following
+
+
+@kernel
+def _chain(centres: NDArray[np.int64], at: NDArray[np.int32], following: NDArray[np.int32]) -> None:
+    for i in range(centres.shape[0]):
+        following[i] = at[centres[i]]
+        at[centres[i]] = i
+
 
 def sensors_of(problem: ExplorationProblem) -> dict[Sensor, list[int]]:
     """The sensors in a team, each with the numbers of the robots that carry it."""
@@ -74,6 +94,28 @@ def travel_of(
     return travel_from(problem.plan.moves, sources, turn) / rate
 
 
+def look_cells(problem: ExplorationProblem, places: Places) -> float:
+    """How many fine cells a look from a place touches, about: the mean over `PROBES` of them."""
+    plan = problem.plan
+    centres = places.centres[:: -(-len(places.centres) // PROBES)]
+    total = sum(_touched(plan, sensor, centres) for sensor in sensors_of(problem))
+    return max(total / max(len(centres), 1), 1.0)
+
+
+def _touched(plan: PlanningGrid, sensor: Sensor, centres: NDArray[np.int64]) -> int:
+    sight = Sight(plan, sensor)
+    total = 0
+    for centre in centres.tolist():
+        row, col = divmod(centre, plan.walls.shape[1])
+        if sensor.occlusion:
+            total += visible_cells(
+                plan.walls, row, col, sight.limits, sight.lows, sight.highs, sight.out
+            )
+        else:
+            total += disc_cells(plan.walls, row, col, sight.limits, sight.out)
+    return total
+
+
 @dataclass(frozen=True, eq=False)
 class Survey:
     """When each fine cell can be seen at the earliest, and how easy it is to see."""
@@ -81,14 +123,26 @@ class Survey:
     first: NDArray[np.float64]  # (fine cells,) [steps], whole; inf where nobody can see it
     views: NDArray[np.int32]  # (fine cells,) places that see it, of all sensors together
 
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which cells were looked at, shape (fine cells,): of the others nothing is known."""
+        return (self.views > 0) | np.isinf(self.first)
 
-def survey(problem: ExplorationProblem, places: Places) -> Survey:
+
+def survey(
+    problem: ExplorationProblem, places: Places, cells: NDArray[np.int64] | None = None
+) -> Survey:
     """The earliest step at which any robot can see each cell.
 
-    A robot that starts at s sees c no sooner than it can be at the nearest place of V(c).
+    A robot that starts at s sees c no sooner than it can be at the nearest place of V(c). With
+    `cells`, flat free ones, looks are from these instead of from the places; the others get 0, the
+    least that can be said.
     """
     plan = problem.plan
     first = np.full(plan.walls.size, np.inf)
+    if cells is not None:
+        first[:] = 0.0
+        first[cells] = np.inf
     views = np.zeros(plan.walls.size, dtype=np.int32)
     for sensor, robots in sensors_of(problem).items():
         soonest = np.full(len(places.cells), np.inf)
@@ -96,25 +150,41 @@ def survey(problem: ExplorationProblem, places: Places) -> Survey:
             start = np.array([problem.starts[robot]], dtype=np.int64)
             steps = travel_of(problem, robot, start)[places.cells]
             soonest = np.minimum(soonest, [whole_steps(step) for step in steps.tolist()])
-        order = np.argsort(soonest, kind="stable")
         sight = Sight(plan, sensor)
-        _survey(
-            plan.walls,
-            places.centres[order],
-            soonest[order],
-            sight.occlusion,
-            sight.limits,
-            sight.lows,
-            sight.highs,
-            sight.out,
-            first,
-            views,
-        )
+        if cells is None:
+            _from_places(
+                plan.walls,
+                places.centres,
+                soonest,
+                sight.occlusion,
+                sight.limits,
+                sight.lows,
+                sight.highs,
+                sight.out,
+                first,
+                views,
+            )
+        else:
+            at, following = places.by_fine_cell(plan)
+            _from_cells(
+                plan.walls,
+                cells,
+                at,
+                following,
+                soonest,
+                sight.occlusion,
+                sight.limits,
+                sight.lows,
+                sight.highs,
+                sight.out,
+                first,
+                views,
+            )
     return Survey(first, views)
 
 
 @kernel
-def _survey(
+def _from_places(
     walls: NDArray[np.uint8],
     centres: NDArray[np.int64],
     soonest: NDArray[np.float64],
@@ -143,19 +213,62 @@ def _survey(
                 first[cell] = min(first[cell], soonest[i])
 
 
+@kernel
+def _from_cells(
+    walls: NDArray[np.uint8],
+    cells: NDArray[np.int64],
+    at: NDArray[np.int32],
+    following: NDArray[np.int32],
+    soonest: NDArray[np.float64],
+    occlusion: bool,
+    limits: NDArray[np.int32],
+    lows: NDArray[np.float64],
+    highs: NDArray[np.float64],
+    out: NDArray[np.int32],
+    first: NDArray[np.float64],
+    views: NDArray[np.int32],
+) -> None:
+    cols = walls.shape[1]
+    last = np.full(soonest.shape[0], -1, dtype=np.int32)
+    for i in range(cells.shape[0]):
+        row = cells[i] // cols
+        col = cells[i] % cols
+        if occlusion:
+            count = visible_cells(walls, row, col, limits, lows, highs, out)
+        else:
+            count = disc_cells(walls, row, col, limits, out)
+        for j in range(count):
+            place = at[out[j]]
+            while place >= 0 and last[place] != i:
+                last[place] = i
+                views[cells[i]] += 1
+                first[cells[i]] = min(first[cells[i]], soonest[place])
+                place = following[place]
+
+
 def group_views(
     plan: PlanningGrid, sensor: Sensor, places: Places, group: NDArray[np.int32], groups: int
 ) -> NDArray[np.bool_]:
     """Whether a place sees any cell of a group, shape (groups, n_places).
 
-    `group` (fine cells,) is the number of the group each cell is in, -1 for none.
+    `group` (fine cells,) is the number of the group each free cell is in, -1 for none. Sight is
+    mutual, so the looks are from the places or from the cells, whichever are fewer.
     """
     sight = Sight(plan, sensor)
     sees = np.zeros((groups, len(places.cells)), dtype=np.bool_)
+    cells = np.flatnonzero(group >= 0)
+    if len(cells) < len(places.cells):
+        looks, from_groups = cells, True
+    else:
+        looks, from_groups = places.centres, False
+    at, following = places.by_fine_cell(plan)
     _group_views(
         plan.walls,
-        places.centres,
+        looks,
+        from_groups,
         group,
+        at,
+        following,
         sight.occlusion,
         sight.limits,
         sight.lows,
@@ -169,8 +282,11 @@ def group_views(
 @kernel
 def _group_views(
     walls: NDArray[np.uint8],
-    centres: NDArray[np.int64],
+    looks: NDArray[np.int64],
+    from_groups: bool,
     group: NDArray[np.int32],
+    at: NDArray[np.int32],
+    following: NDArray[np.int32],
     occlusion: bool,
     limits: NDArray[np.int32],
     lows: NDArray[np.float64],
@@ -179,13 +295,18 @@ def _group_views(
     sees: NDArray[np.bool_],
 ) -> None:
     cols = walls.shape[1]
-    for i in range(centres.shape[0]):
-        row = centres[i] // cols
-        col = centres[i] % cols
+    for i in range(looks.shape[0]):
+        row = looks[i] // cols
+        col = looks[i] % cols
         if occlusion:
             count = visible_cells(walls, row, col, limits, lows, highs, out)
         else:
             count = disc_cells(walls, row, col, limits, out)
         for j in range(count):
-            if group[out[j]] >= 0:
+            if from_groups:
+                place = at[out[j]]
+                while place >= 0:
+                    sees[group[looks[i]], place] = True
+                    place = following[place]
+            elif group[out[j]] >= 0:
                 sees[group[out[j]], i] = True

@@ -21,6 +21,9 @@ from conav.exploration.bounds.views import Places, Survey, group_views, sensors_
 from conav.exploration.types import ExplorationProblem
 
 POOL = 256  # groups to choose witnesses from
+TRAVEL = 2e7  # planning cells reached in finding the ways between these, a second or two
+FEWEST = 16  # groups however large the map
+TURNING = 6  # how much longer these take for robots that turn
 SWAPPED = 8  # witnesses up to which exchanges are tried
 TRIED = 40  # groups tried for each of these, the farthest from the others first
 TRIED_LATER = 12  # and for each witness after them
@@ -58,7 +61,8 @@ def witness_bound(
 ) -> Witnesses:
     """The step before which fewer than `needed` observable cells can have been seen.
 
-    At most `most` witnesses are taken, and fewer by large teams.
+    At most `most` witnesses are taken, and fewer by large teams; on large maps they are chosen
+    from fewer groups, so that the work does not grow with the map for ever.
     """
     best = Witnesses(0.0, (), 0)
     if needed <= 0 or most <= 0:
@@ -66,12 +70,13 @@ def witness_bound(
     while most > 1 and len(problem.robots) * 3.0**most > WORK and len(problem.robots) > 2:
         most -= 1
     spare = int(observable.sum()) - needed
+    pool = int(min(max(TRAVEL / (len(places.cells) * _searches(problem)), FEWEST), POOL))
     # With m cells to spare every group larger than m must be visited; of those larger than half
     # of m all but one, but they are seen from fewer places and are more.
     for group, seeds in (
-        [single_cells(seen, observable)]
+        [single_cells(seen, observable, pool)]
         if spare == 0
-        else [grown_groups(seen, observable, size) for size in (spare + 1, spare // 2 + 1)]
+        else [grown_groups(seen, observable, size, pool) for size in (spare + 1, spare // 2 + 1)]
     ):
         if len(seeds) > 0:
             found = _choose(pool_of(problem, places, group, seeds), spare, most)
@@ -80,18 +85,27 @@ def witness_bound(
     return best
 
 
+def _searches(problem: ExplorationProblem) -> int:
+    """How many searches over all places each group takes, in those of robots that need not turn."""
+    kinds = {
+        (robot.sensor, robot.motion, float(rate))
+        for robot, rate in zip(problem.robots, problem.rates, strict=True)
+    }
+    return sum(TURNING if motion.turn_costs_step else 1 for _, motion, _ in kinds)
+
+
 def single_cells(
-    seen: Survey, observable: NDArray[np.uint8]
+    seen: Survey, observable: NDArray[np.uint8], most: int = POOL
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Groups of one cell each, all over the map, and these cells; hard ones to see.
+    """Groups of one cell each, `most` at most, all over the map, and these cells; hard ones to see.
 
     The cell seen last comes first, so that the bound is never below the eccentricity.
     """
     rows, cols = observable.shape
-    cells = np.flatnonzero(observable.reshape(-1))
+    cells = np.flatnonzero((observable.reshape(-1) == 1) & seen.known)
     last = cells[np.argmax(seen.first[cells])]
     hardest = cells[np.lexsort((-seen.first[cells], seen.views[cells]))]
-    apart = int(0.9 * (len(cells) / POOL) ** 0.5)
+    apart = int(0.9 * (np.count_nonzero(observable) / most) ** 0.5)
     taken = np.zeros((rows, cols), dtype=np.bool_)
     seeds: list[int] = []
     for cell in [int(last), *hardest.tolist()]:
@@ -99,7 +113,7 @@ def single_cells(
         if taken[row, col]:
             continue
         seeds.append(cell)
-        if len(seeds) == POOL:
+        if len(seeds) == most:
             break
         taken[max(row - apart, 0) : row + apart + 1, max(col - apart, 0) : col + apart + 1] = True
     group = np.full(observable.size, -1, dtype=np.int32)
@@ -108,16 +122,16 @@ def single_cells(
 
 
 def grown_groups(
-    seen: Survey, observable: NDArray[np.uint8], size: int
+    seen: Survey, observable: NDArray[np.uint8], size: int, most: int = POOL
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Connected groups of `size` cells each, none in two, and the cell each was grown from.
+    """At most `most` connected groups of `size` cells each, and the cell each was grown from.
 
-    They are grown from the cells that are seen last and towards them, so that a group is what lies
-    at the end of a way: the deep part of a room.
+    No cell is in two. They are grown from the cells that are seen last and towards them, so that a
+    group is what lies at the end of a way: the deep part of a room.
     """
     cells = np.flatnonzero(observable.reshape(-1))
     order = cells[np.argsort(-seen.first[cells], kind="stable")]
-    return _grow(observable, order, seen.first, size, POOL)
+    return _grow(observable, order, seen.first, size, most)
 
 
 @kernel
