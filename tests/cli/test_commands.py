@@ -42,6 +42,7 @@ KEYS = {
     "balance",
     "messages",
     "bytes",
+    "robot_events",
     "decision_ms",
     "compute_s",
     "run",

@@ -34,7 +34,10 @@ def refused(outcome: Any) -> str:
         ([*FAST, "--strategy", "nearst"], ["strategy 'nearst'", "did you mean nearest?"]),
         ([*FAST, "--motion", "fly"], ["motion 'fly'", "4-connected, 8-connected, forward-turn"]),
         ([*FAST, "--sensor", "nose"], ["sensor 'nose'", "range, disc"]),
-        ([*FAST, "--radio", "loud"], ["radio 'loud'", 'give "perfect", "off" or metres']),
+        (
+            [*FAST, "--radio", "loud"],
+            ["radio 'loud'", 'give "perfect", "off", "path-loss" or metres'],
+        ),
         # Settings of the strategy
         ([*FAST, "--set", "keepgoal=1"], ["setting 'keepgoal'", "did you mean keep_goal?"]),
         ([*FAST, "--set", "colour=red"], ["setting 'colour'", "its settings: keep_goal"]),

@@ -13,6 +13,8 @@ def test_every_problem_option_is_heard(tmp_path: Path) -> None:
     options = (
         *("--range", "3", "--cell", "0.2", "--radius", "0.05", "--speed", "1.5"),
         *("--motion", "4-connected", "--sensor", "disc", "--radio", "4", "--max-time", "500"),
+        *("--loss", "0.25", "--delay", "1.5", "--energy", "9000"),
+        *("--fault", "robot_1:stalls:2:4", "--fault", "robot_0:dies:400"),
         *("--starts", "0.7,0.7 1.3,0.7", "--set", "keep_goal=true", "--outside"),
     )
     run([*QUICK, *options, "--out", str(path), "--quiet"])
@@ -23,7 +25,14 @@ def test_every_problem_option_is_heard(tmp_path: Path) -> None:
     assert robot["radius_m"] == 0.05
     assert robot["speed_mps"] == 1.5
     assert robot["motion"]["name"] == "4-connected"
-    assert robot["radio"] == {"name": "limited", "range_m": 4.0}
+    radio = robot["radio"]
+    assert (radio["name"], radio["range_m"]) == ("limited", 4.0)
+    assert (radio["loss"], radio["delay_s"], radio["path_loss"]) == (0.25, 1.5, None)
+    assert robot["energy_j"] == 9000.0
+    assert header["faults"] == [
+        {"robot": 1, "kind": "stalls", "at_s": 2.0, "until_s": 4.0},
+        {"robot": 0, "kind": "dies", "at_s": 400.0, "until_s": None},
+    ]
     assert header["max_time_s"] == 500.0
     assert header["settings"] == {"keep_goal": True}
     assert header["seed"] == 3

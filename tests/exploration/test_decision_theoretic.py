@@ -157,7 +157,11 @@ def test_a_beta_that_overflows_is_refused_or_works() -> None:
 
 
 def asked(
-    picture: str, strategy: DecisionTheoretic, memory: DecisionMemory, **more: Any
+    picture: str,
+    strategy: DecisionTheoretic,
+    memory: DecisionMemory,
+    step: int = 0,
+    **more: Any,
 ) -> tuple[DecisionMemory, list[Message], int]:
     """What robot 0 does in the first step, with this memory, hearing only itself."""
     starts = [(c + 0.5, r + 0.5) for r, c in ascii_starts(picture).values()]
@@ -181,8 +185,10 @@ def asked(
         state.beliefs[0],
         problem.plan.lattice,
         state.heard_cell[0],
-        state.heard_step[0],
+        np.zeros(5, np.int32),  # the lost were heard just before
+        state.in_touch[0],
     )
+    view = view._replace(step=step, time_s=float(step))
     new, action, said = strategy.step(memory, view, [], np.random.default_rng(0))
     assert isinstance(new, DecisionMemory)
     return new, list(said), action.goal
@@ -211,6 +217,13 @@ def test_last_targets_of_lost_teammates_lower_utilities() -> None:
     assert ends(DecisionMemory(sent={1: row + 4, 2: row + 11})) == 5
     # Its own last target does not count.
     assert ends(DecisionMemory(sent={0: row + 5})) == 5
+
+
+def test_after_a_long_silence_last_targets_are_nobodys() -> None:
+    row = 17
+    sent = {1: row + 4}
+    assert ends(DecisionMemory(sent=sent), step=120) == 11
+    assert ends(DecisionMemory(sent=sent), step=121) == 5
 
 
 def test_a_lost_teammate_without_a_target_lowers_nothing() -> None:

@@ -83,6 +83,7 @@ def view_of(state: WorldState, robot: int = 0) -> TeamView:
         state.problem.plan.lattice,
         state.heard_cell[robot],
         state.heard_step[robot],
+        state.in_touch[robot],
     )
 
 

@@ -14,6 +14,7 @@ from conav.exploration.nearest import Nearest
 from conav.exploration.types import TeamView
 from conav.geometry.clearance import free_moves
 from conav.geometry.directions import DCOL, DROW, SQRT2
+from conav.geometry.distance_field import Ground
 from conav.geometry.grid_search import SearchSpace, path_to, search
 from conav.maps.occupancy_grid import FREE, UNKNOWN
 from conav.simulation.engine import engine_for
@@ -57,15 +58,22 @@ def explored(name: str, steps: int, **more: Any) -> Explored:
         problem.plan.lattice,
         state.heard_cell[0],
         state.heard_step[0],
+        state.in_touch[0],
     )
     return Explored(view, stood, state)
+
+
+def ground_of(moves: np.ndarray) -> Ground:
+    ground = Ground(moves.shape)
+    ground.update(moves)
+    return ground
 
 
 def made_up(wanted: np.ndarray, moves: np.ndarray, range_m: float) -> Any:
     """A view in which nothing but what targets depend on is real; cells of 1 m."""
     marks = (wanted * TARGET).astype(np.uint8)
     return SimpleNamespace(
-        belief=SimpleNamespace(marks=marks, moves=moves),
+        belief=SimpleNamespace(marks=marks, moves=moves, ground=ground_of(moves)),
         body=SimpleNamespace(sensor=SimpleNamespace(range_m=range_m)),
         lattice=SimpleNamespace(cell_m=1.0, cols=wanted.shape[1], rows=wanted.shape[0]),
     )
@@ -266,6 +274,7 @@ def test_a_long_wall_of_targets_is_cut_by_hand() -> None:
     wanted = np.ones((1, 10), bool)
     view = made_up(wanted, np.full((1, 10), 5, np.uint8) & [[1] + [5] * 8 + [4]], 4.9)
     view.belief.moves = np.ascontiguousarray(view.belief.moves.astype(np.uint8))
+    view.belief.ground = ground_of(view.belief.moves)
     targets = find_targets(view, np.array([1, 9], np.int32))
     assert targets.n_pieces == 3
     assert targets.piece.tolist() == [0] * 4 + [1] * 4 + [2] * 2

@@ -181,7 +181,7 @@ def scene(
     belief: Any = SimpleNamespace(cells=cells, moves=moves)
     heard = np.zeros(players, np.int32)
     body = Robot("robot_0", sensor=Sensor("any", occlusion, s_range))
-    view = TeamView(5, 5.0, 0, body, 0, 0, belief, lattice, heard, heard)
+    view = TeamView(5, 5.0, 0, body, 0, 0, belief, lattice, heard, heard, heard == 0)
     standing: list[Player] = []
     for row, col in at:
         heading = int(rng.integers(4))
@@ -468,6 +468,7 @@ def rounds(state: WorldState, count: int) -> Iterator[Round]:
                 problem.plan.lattice,
                 heard,
                 heard,
+                state.in_touch[0],
             ),
             players,
             [mind.sequence for mind in minds],

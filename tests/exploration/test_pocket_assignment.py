@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import conav
 from conav.errors import InputError
+from conav.exploration import frontier_tasks
 from conav.exploration.belief import OPEN, STOOD, TARGET
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.frontier_tasks import Tasks, distance_fields, find_tasks
@@ -49,6 +50,7 @@ def test_places_are_what_they_say(steps: int, cell_m: float) -> None:
     view = view_of(state)
     belief, lattice = view.belief, view.lattice
     tasks = find_tasks(view, state.cells)
+    fields = distance_fields(belief, state.cells)
     assert tasks.first[0] == 0
     assert tasks.first[-1] == len(tasks.places)
     marks = belief.marks.reshape(-1)
@@ -57,7 +59,7 @@ def test_places_are_what_they_say(steps: int, cell_m: float) -> None:
     for task in range(len(tasks)):
         places = tasks.places[tasks.first[task] : tasks.first[task + 1]]
         assert len(set(places.tolist())) == len(places) > 0
-        assert np.isfinite(tasks.fields[:, places]).any(axis=0).all()
+        assert np.isfinite(fields[:, places]).any(axis=0).all()
         hidden = int(tasks.looks_for[task])
         if hidden < 0:
             assert (marks[places] & TARGET != 0).all()
@@ -71,7 +73,7 @@ def test_places_are_what_they_say(steps: int, cell_m: float) -> None:
             assert not marks[place] & STOOD
             row, col = divmod(place, lattice.cols)
             assert segment_is_clear(clear, r, c, lattice.fine_row[row], lattice.fine_col[col])
-    wanted = np.flatnonzero((marks & TARGET != 0) & np.isfinite(tasks.fields).any(axis=0))
+    wanted = np.flatnonzero((marks & TARGET != 0) & np.isfinite(fields).any(axis=0))
     assert stood_on == set(wanted.tolist())
 
 
@@ -86,13 +88,14 @@ def test_costs_are_those_of_the_nearest_place() -> None:
     view = view_of(state)
     tasks = find_tasks(view, state.cells)
     costs = tasks.costs()
+    fields = distance_fields(view.belief, state.cells)
     for robot in range(3):
         for task in range(len(tasks)):
             places = tasks.places[tasks.first[task] : tasks.first[task + 1]]
-            assert costs[robot, task] == tasks.fields[robot, places].min()
+            assert costs[robot, task] == fields[robot, places].min()
             if np.isfinite(costs[robot, task]):
                 place = tasks.nearest_place(robot, task)
-                assert tasks.fields[robot, place] == costs[robot, task]
+                assert fields[robot, place] == costs[robot, task]
 
 
 def test_advantage_is_the_mean_distance_from_the_others() -> None:
@@ -105,8 +108,39 @@ def test_advantage_is_the_mean_distance_from_the_others() -> None:
     for other in range(len(tasks)):
         place = tasks.nearest_place(int(nearest[other]), other)
         field = distance_fields(view.belief, np.array([place]))
-        total += tasks.costs(field)[0]
+        total += tasks.nearest(field[:, tasks.places])[0]
     assert found == pytest.approx(total / (len(tasks) - 1))
+
+
+@pytest.mark.parametrize("radio", ["perfect", 5.0])
+@pytest.mark.parametrize("kept_bytes", [0, 2**15, 2**28])
+def test_what_is_kept_does_not_matter(
+    radio: str | float, kept_bytes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Tasks and mean distances in the course of a run against those of a belief without memory."""
+    monkeypatch.setattr(frontier_tasks, "KEPT_BYTES", kept_bytes)
+    grid = builtin_map("office", width_m=16, height_m=12, seed=3)
+    problem, _ = exploration_problem(grid, robots=3, range_m=3.0, seed=3, radio=radio)
+    seen = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
+    state = new_world(problem, Nearest(), seen)
+    engine = engine_for(state)
+    kept = compared = 0
+    for step in range(120):
+        events = engine.sense_and_decide(state, [])
+        if step % 4 == 0:
+            view = view_of(state)
+            forgetful = view._replace(belief=view.belief.copy())
+            kept += len(view.belief.derived.get("fields of tasks", ()))
+            tasks, anew = find_tasks(view, state.cells), find_tasks(forgetful, state.cells)
+            for name in ("places", "first", "looks_for"):
+                assert np.array_equal(getattr(tasks, name), getattr(anew, name))
+            assert np.array_equal(tasks.costs(), anew.costs())
+            if len(tasks) > 1:
+                compared += 1
+                assert np.array_equal(mean_distances(view, tasks), mean_distances(forgetful, anew))
+        engine.move(state, events.actions)
+    assert compared > 15
+    assert (kept > 0) == (kept_bytes > 0)
 
 
 def hand_made(costs: list[list[float]]) -> Tasks:

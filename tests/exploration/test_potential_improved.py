@@ -118,6 +118,7 @@ def view_of(state: WorldState, robot: int, step: int) -> TeamView:
         state.problem.plan.lattice,
         state.heard_cell[robot],
         state.heard_step[robot],
+        state.in_touch[robot],
     )
 
 

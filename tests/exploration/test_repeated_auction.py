@@ -107,7 +107,8 @@ def test_task_of_a_piece_is_its_cell_nearest_to_a_robot() -> None:
         n_pieces=3,
         costs=np.array([[5.0, 4.0, 7.0, 7.0, inf], [6.0, 6.0, 9.0, 7.0, inf]]),
     )
-    assert task_cells(targets).tolist() == [4, 8]
+    nearest = targets.costs.min(axis=0)
+    assert task_cells(targets.cells, targets.piece, 3, nearest).tolist() == [4, 8]
 
 
 # --- the protocol ---------------------------------------------------------------------------------
@@ -140,7 +141,9 @@ def corridor(robot: int, cell: int, *, heard: dict[int, int], step: int = 7) -> 
     for other, place in {**heard, robot: cell}.items():
         cells[other], steps[other] = place, step
     body = Robot(f"robot_{robot}", sensor=Sensor("any", True, 3.0), radio=radio("limited", 9.0))
-    return TeamView(step, float(step), robot, body, cell, 0, belief, plan.lattice, cells, steps)
+    return TeamView(
+        step, float(step), robot, body, cell, 0, belief, plan.lattice, cells, steps, steps == step
+    )
 
 
 class Mind:
@@ -403,7 +406,10 @@ def test_waiting_for_auctions_costs_time() -> None:
 
 
 def test_settings_are_checked() -> None:
-    assert settings_of(RepeatedAuction()) == {"auction_wait_s": 0.0}
+    assert settings_of(RepeatedAuction()) == {"auction_wait_s": 0.0, "give_up_s": 60.0}
     for bad in (-1.0, inf, float("nan")):
         with pytest.raises(ValueError, match="give 0 or more"):
             RepeatedAuction(bad)
+    for bad in (0.0, -1.0, inf, float("nan")):
+        with pytest.raises(ValueError, match="give more than 0"):
+            RepeatedAuction(give_up_s=bad)

@@ -442,10 +442,6 @@ def test_whatever_the_rule_the_team_finishes_as_nearest_does(name: str, rule: As
         assert done.metrics.steps < 20 * grid.cells.size**0.5 * 8
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="robots pushed off their paths ask, so all are sent anew, across each other again",
-)
 def test_robots_sent_across_each_other_in_a_door_get_on() -> None:
     grid = conav.builtin_map("office", width_m=8, height_m=8, seed=3)
     problem, _ = exploration_problem(grid, robots=4, radio=3.0, range_m=1.5, seed=3)

@@ -84,7 +84,9 @@ def scene(
     belief: Any = SimpleNamespace(cells=cells, moves=moves)
     heard = np.zeros(1, np.int32)
     cell = row * lattice.cols + col
-    view = TeamView(step, float(step), 0, body, cell, heading, belief, lattice, heard, heard)
+    view = TeamView(
+        step, float(step), 0, body, cell, heading, belief, lattice, heard, heard, heard == 0
+    )
     return Scene(view, cells, row, col, heading, s_range, cell_m)
 
 

@@ -211,7 +211,7 @@ def test_illegal_messages_are_refused_and_counted() -> None:
         pass
     before = pickle.dumps((mind(state).board, mind(state).bidder, mind(state).auctioneer))
     wrong = [Announce(()), Announce(((0, 9),)), Award((0, 9)), Bid((0, 9), 3.0)]
-    state.in_flight = [Message(1, 0, 0.0, body) for body in wrong]
+    state.in_flight = [(0, Message(1, 0, 0.0, body)) for body in wrong]
     next(play(state))
     assert mind(state).refused == 4
     assert pickle.dumps((mind(state).board, mind(state).bidder, mind(state).auctioneer)) == before

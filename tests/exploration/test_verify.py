@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import conav
 from conav.errors import InputError
+from conav.exploration.nearest import Nearest
 from conav.exploration.verify import CHECKS, verify_exploration
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
@@ -822,3 +823,66 @@ def test_no_changed_number_goes_unnoticed(limited: Run, data: st.DataObject) -> 
             return
         tampered = with_field(limited, number, name, None, new)
     assert broken(tampered) != ()
+
+
+# --- radios switched off ------------------------------------------------------------------------
+
+
+class Shy(Nearest):
+    """The nearest frontier, with the radio off one step of three."""
+
+    may_be_quiet = True
+
+    def step(self, memory: Any, view: Any, inbox: Any, rng: Any) -> Any:
+        memory, action, said = super().step(memory, view, inbox, rng)
+        return memory, action._replace(quiet=(view.step + view.robot) % 3 == 0), said
+
+
+@pytest.fixture(scope="module")
+def shy(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    path = tmp_path_factory.mktemp("shy") / "run.mcap"
+    return explored(path, rooms(), robots=3, seed=3, range_m=1.3, strategy=Shy())
+
+
+def test_radios_that_are_off_part_of_the_time(shy: Run) -> None:
+    assert broken(shy) == ()
+    assert shy.header["all_to_all"] is False
+    assert any(len(step.told) for step in shy.steps)
+
+
+def test_heard_with_the_radio_off(shy: Run) -> None:
+    number = next(step.step for step in shy.steps[1:] if len(step.told))
+    receiver = int(shy.steps[number].told[0])
+    assert "radio" in broken(with_field(shy, number - 1, "quiet", receiver, 1))
+
+
+def test_not_heard_with_the_radio_on(shy: Run) -> None:
+    changes = {
+        number: step._replace(quiet=np.zeros_like(step.quiet))
+        for number, step in enumerate(shy.steps)
+    }
+    assert "radio" in broken(with_steps(shy, changes))
+
+
+def test_speaking_with_the_radio_off(shy: Run) -> None:
+    number, sender = next(
+        (step.step, int(robot)) for step in shy.steps for robot in np.flatnonzero(step.quiet)
+    )
+    said = np.array([sender, 1 - min(sender, 1), 30], np.uint32)
+    tampered = with_field(shy, number + 1, "said", None, said)
+    step = tampered.steps[number + 1]
+    tampered = with_field(tampered, number + 1, "messages", None, step.messages + 1)
+    tampered = with_field(tampered, number + 1, "bytes", None, step.bytes + 30)
+    tampered = with_result(tampered, "messages", tampered.result["metrics"]["messages"] + 1)
+    tampered = with_result(tampered, "bytes", tampered.result["metrics"]["bytes"] + 30)
+    assert broken(tampered) == ("radio",)
+
+
+def test_a_radio_off_where_all_tell_all(perfect: Run) -> None:
+    assert perfect.header["all_to_all"] is True
+    assert broken(with_field(perfect, 3, "quiet", 0, 1)) == ("radio",)
+
+
+def test_all_tell_all_only_over_radios_that_reach_all(limited: Run) -> None:
+    header = {**limited.header, "all_to_all": True}
+    assert "form" in broken(replace(limited, header=header))

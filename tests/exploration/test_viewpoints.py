@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import conav
 from conav.exploration.belief import Belief, new_scratch
-from conav.exploration.viewpoints import HopelessCells, beside_frontier, nearest_viewpoint
+from conav.exploration.viewpoints import beside_frontier, nearest_viewpoint
 from conav.geometry.grid_search import SearchSpace, search
 from conav.geometry.sight import segment_is_clear
 from conav.maps.ascii_art import parse_ascii
@@ -22,6 +22,11 @@ def search_from(belief: Belief, start: int) -> SearchSpace:
     nothing = np.zeros(belief.moves.shape, np.uint8)
     search(belief.moves, start, nothing, 1, space)
     return space
+
+
+def distances(space: SearchSpace) -> np.ndarray:
+    """Path lengths of the last search, inf where it did not come."""
+    return np.where(space.stamp[:-1] == space.stamp[-1], space.distance, np.inf)
 
 
 def hidden_beside_frontier(belief: Belief) -> list[tuple[int, int]]:
@@ -70,7 +75,7 @@ def explored(
     seen = np.flatnonzero(rng.random(cells.size) < share).astype(np.int32)
     for place in rng.choice(places, 3):
         belief.hear(plan, int(place), seen, new_scratch(plan))
-    return plan, belief, int(rng.choice(places))
+    return plan, belief, int(place)  # where the robot is it has looked
 
 
 @settings(max_examples=120, deadline=None)
@@ -91,7 +96,7 @@ def test_the_nearest_viewpoint_is_the_nearest(
     sensor = Sensor("any", occlusion, reach)
     space = search_from(belief, robot)
     expected = viewpoint_by_definition(plan, belief, sensor, space)
-    assert nearest_viewpoint(belief, plan.lattice, sensor, space, HopelessCells()) == expected
+    assert nearest_viewpoint(belief, plan.lattice, sensor, distances(space)) == expected
 
 
 @settings(max_examples=60, deadline=None)
@@ -106,7 +111,7 @@ def test_the_nearest_viewpoint_among_several_in_one_fine_cell(
     sensor = Sensor("any", True, 5.0)
     space = search_from(belief, robot)
     expected = viewpoint_by_definition(plan, belief, sensor, space)
-    assert nearest_viewpoint(belief, plan.lattice, sensor, space, HopelessCells()) == expected
+    assert nearest_viewpoint(belief, plan.lattice, sensor, distances(space)) == expected
 
 
 @settings(max_examples=80, deadline=None)
@@ -118,7 +123,7 @@ def test_the_nearest_viewpoint_among_several_in_one_fine_cell(
 def test_hopeless_cells_are_never_given_up_too_early(
     seed: int, body: tuple[float, float], reach: float
 ) -> None:
-    """With one memory over a whole exploration the answers are those without memory."""
+    """What a belief keeps over a whole exploration does not change the answers."""
     rng = np.random.default_rng(seed)
     rows, cols = (int(rng.integers(3, 12)) for _ in range(2))
     cells = (rng.random((rows, cols)) < 0.15).astype(np.uint8)
@@ -130,12 +135,12 @@ def test_hopeless_cells_are_never_given_up_too_early(
     belief = Belief(plan)
     scratch = new_scratch(plan)
     sensor = Sensor("any", True, reach)
-    hopeless = HopelessCells()
+    belief.hear(plan, robot, np.empty(0, np.int32), scratch)
     for _ in range(12):
         shown = np.flatnonzero(rng.random(cells.size) < 0.2).astype(np.int32)
         belief.hear(plan, int(rng.choice(places)), shown, scratch)
         space = search_from(belief, robot)
-        got = nearest_viewpoint(belief, plan.lattice, sensor, space, hopeless)
+        got = nearest_viewpoint(belief, plan.lattice, sensor, distances(space))
         assert got == viewpoint_by_definition(plan, belief, sensor, space)
 
 
@@ -153,11 +158,10 @@ def test_a_way_that_opens_without_a_new_place_brings_hope_back() -> None:
     belief.hear(plan, 0, some, scratch)
     assert belief.opened == 3
     sensor = Sensor("any", True, 4.0)
-    hopeless = HopelessCells()
 
     def look_for(robot: int) -> tuple[int, int]:
         space = search_from(belief, robot)
-        got = nearest_viewpoint(belief, plan.lattice, sensor, space, hopeless)
+        got = nearest_viewpoint(belief, plan.lattice, sensor, distances(space))
         assert got == viewpoint_by_definition(plan, belief, sensor, space)
         return got
 
@@ -180,7 +184,7 @@ def test_by_hand() -> None:
 
     def look(reach: float) -> tuple[int, int]:
         sensor = Sensor("range", True, reach)
-        return nearest_viewpoint(belief, plan.lattice, sensor, space, HopelessCells())
+        return nearest_viewpoint(belief, plan.lattice, sensor, distances(space))
 
     # The lower cell of the niche is seen from the place beside straight below, too.
     assert look(9.0) == (1 * 7 + 2, niche[0])
@@ -195,7 +199,7 @@ def test_nothing_hidden_nothing_found() -> None:
     belief.hear(plan, 0, np.arange(8, dtype=np.int32), new_scratch(plan))
     space = search_from(belief, 0)
     sensor = Sensor("range", True, 9.0)
-    assert nearest_viewpoint(belief, plan.lattice, sensor, space, HopelessCells()) == (-1, -1)
+    assert nearest_viewpoint(belief, plan.lattice, sensor, distances(space)) == (-1, -1)
 
 
 def test_beside_frontier_by_hand() -> None:

@@ -74,6 +74,8 @@ def record(
         wishes=np.full(n, -1, dtype=np.int8),
         goals=np.array(goals or [-1] * n, dtype=np.int32),
         finished=np.zeros(n, dtype=np.uint8),
+        quiet=np.zeros(n, dtype=np.uint8),
+        condition=np.zeros(n, dtype=np.uint8),
         messages=0,
         bytes=0,
     )

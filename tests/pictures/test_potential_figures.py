@@ -120,7 +120,9 @@ def belief_of(game: GridGame) -> TeamView:
     body = Robot("r", motion=MOTIONS["forward-turn"], sensor=sensor("disc", float(game.s_range)))
     nobody = np.full(len(game.players), -1, dtype=np.int32)
     cell = first.y * game.size + first.x
-    return TeamView(1, 1.0, 0, body, cell, first.heading, belief, plan.lattice, nobody, nobody)
+    return TeamView(
+        1, 1.0, 0, body, cell, first.heading, belief, plan.lattice, nobody, nobody, nobody == 0
+    )
 
 
 @pytest.mark.parametrize("heading", range(4))

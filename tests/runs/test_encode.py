@@ -37,6 +37,8 @@ def test_steps(n: int, scans: int, told: int, said: int, seed: int) -> None:
         wishes=some(n, np.int8) - 1,
         goals=some(n, np.int32) - 1,
         finished=some(n, np.uint8),
+        quiet=some(n, np.uint8),
+        condition=some(n, np.uint8),
         messages=int(rng.integers(2**32)),
         bytes=int(rng.integers(2**63)),
     )

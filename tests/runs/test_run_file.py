@@ -41,6 +41,8 @@ def step_records(draw: st.DrawFn) -> StepRecord:
         draw(numbers(np.int8, n)),
         draw(numbers(np.int32, n)),
         draw(numbers(np.uint8, n)),
+        draw(numbers(np.uint8, n)),
+        draw(numbers(np.uint8, n)),
         draw(st.integers(0, 2**32 - 1)),
         draw(st.integers(0, 2**64 - 1)),
     )
@@ -98,7 +100,7 @@ def test_scans_are_told_apart() -> None:
         np.array([7, 8 | OCCUPIED_BIT, 9 | OCCUPIED_BIT], np.uint32),
         np.empty(0, np.uint32),
         np.empty(0, np.uint32),
-        *(np.zeros(3, kind) for kind in (np.int8, np.int32, np.uint8)),
+        *(np.zeros(3, kind) for kind in (np.int8, np.int32, np.uint8, np.uint8, np.uint8)),
         0,
         0,
     )
@@ -148,7 +150,7 @@ def test_a_file_without_a_result_is_read(tmp_path: Path) -> None:
 def test_another_format_is_refused(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(HEADER, "format", 99)
     write(tmp_path / "run.mcap", [], None)
-    with pytest.raises(InputError, match="is of format 99; this conav reads 2; use the conav that"):
+    with pytest.raises(InputError, match="is of format 99; this conav reads 3; use the conav that"):
         read_run(tmp_path / "run.mcap")
 
 

@@ -250,7 +250,7 @@ def test_after_thirty_two_rounds_the_rest_waits_for_the_next_step() -> None:
     heard = sorted([*state.memories[0], *state.memories[1]], key=lambda item: item[1])
     # Round r delivers message r - 2; the one sent in the last round is under way.
     assert heard == [(1, number) for number in range(MAX_ROUNDS - 1)]
-    assert [message.body.text for message in state.in_flight] == [str(MAX_ROUNDS - 1)]
+    assert [message.body.text for _, message in state.in_flight] == [str(MAX_ROUNDS - 1)]
     state = pickle.loads(pickle.dumps(state))
     tick(state)
     heard = sorted([*state.memories[0], *state.memories[1]], key=lambda item: item[1])

@@ -424,3 +424,92 @@ def test_all_in_reach_know_the_same_under_either_radio(reach: float | None) -> N
     tick(engine, state)
     assert known(state, 0) == known(state, 1) == known(state, 2)
     assert known(state, 0) == {2, 3, 4, 5, 19, 20, 21, 40, 41, 42}
+
+
+# --- radios switched off ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Whisper:
+    """Robots switch their radios off at times drawn in advance; each greets the others."""
+
+    seed: int
+    may_be_quiet: bool = True
+
+    def start(self, view: TeamView, rng: np.random.Generator) -> np.ndarray:
+        return np.random.default_rng([self.seed, view.robot]).random(100) < 0.4
+
+    def step(
+        self, memory: np.ndarray, view: TeamView, inbox: Sequence[Message], rng: np.random.Generator
+    ) -> tuple[np.ndarray, Action, Sequence[Message]]:
+        said = []
+        if not inbox:
+            others = [robot for robot in range(len(view.heard_cell)) if robot != view.robot]
+            said = [Message(view.robot, to, view.time_s, _Nothing()) for to in others]
+        return memory, Action(quiet=bool(memory[view.step])), said
+
+
+class _Nothing:
+    size_bytes = 0
+
+
+def whispering(seed: int, n: int, reach: float | None, strategy: Any) -> tuple[WorldState, Any]:
+    rng = np.random.default_rng(seed)
+    grid = OccupancyGrid((rng.random((9, 9)) < 0.15).astype(np.uint8), 1.0)
+    plan = planning_grid(grid, cell_m=1.0, radius_m=0.05)
+    spots = np.flatnonzero(plan.standable)
+    cells = rng.choice(spots, n, replace=False)
+    state = world(grid, cells.tolist(), [reach] * n)
+    state = new_world(state.problem, strategy, state.observable)
+    return state, (rng, spots)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("reach", [None, 3.0])
+def test_robots_whose_radio_is_off_neither_tell_nor_hear(seed: int, reach: float | None) -> None:
+    n = 4
+    state, (rng, spots) = whispering(seed, n, reach, Whisper(seed))
+    engine = engine_for(state)
+    knows: list[set[tuple[int, int]]] = [set() for _ in range(n)]
+    looks = [0] * n
+    off = np.zeros(n, dtype=bool)
+    silent = 0
+    heard = np.full((n, n), -1)
+    for step in range(12):
+        cells = state.cells.copy()
+        for i in np.flatnonzero(state.must_look):
+            knows[i].add((int(i), looks[i]))
+            looks[i] += 1
+        places = np.stack(np.divmod(cells, state.problem.plan.lattice.cols), axis=1)
+        near = np.linalg.norm(places[:, None] - places[None], axis=2) <= (reach or 100)
+        near &= ~off[:, None] & ~off[None, :] & ~np.eye(n, dtype=bool)
+        assert np.array_equal(links(state), near)
+        events = tick(engine, state, rng.choice(spots, n, replace=False).tolist())
+        for _ in range(n):
+            before = [set(known) for known in knows]
+            for i, j in np.argwhere(near):
+                knows[i] |= before[j]
+        heard[near | np.eye(n, dtype=bool)] = step
+        assert np.array_equal(state.heard_step, heard)
+        assert state.held.tolist() == [
+            [sum(origin == r for origin, _ in known) for r in range(n)] for known in knows
+        ]
+        for i in range(n):
+            fresh = Belief(state.problem.plan)
+            for r in range(n):
+                for scan in state.scans[r][: state.held[i, r]]:
+                    fresh.hear(state.problem.plan, scan.cell, scan.seen, engine.scratch)
+            assert np.array_equal(fresh.cells, state.beliefs[i].cells)
+        assert {message.sender for message in events.said} == set(np.flatnonzero(~off).tolist())
+        off = np.array([action.quiet for action in events.actions])
+        state.quiet[:] = off
+        silent += int(off.sum())
+    assert silent > 5
+
+
+def test_a_strategy_says_in_advance_that_it_switches_radios_off() -> None:
+    state, _ = whispering(0, 3, None, Whisper(0, may_be_quiet=False))
+    engine = engine_for(state)
+    state.step = int(np.flatnonzero(np.random.default_rng([0, 0]).random(100) < 0.4)[0])
+    with pytest.raises(ValueError, match="may_be_quiet"):
+        tick(engine, state)

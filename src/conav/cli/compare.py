@@ -29,6 +29,10 @@ def compare(
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     motion: str = "8-connected",
     sensor: str = "range",
+    loss: float = 0.0,
+    delay: float = 0.0,
+    energy: float | None = None,
+    fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     traffic: str = "pibt",
     cell: float | None = None,
     radius: float = 0.1,
@@ -62,8 +66,8 @@ def compare(
     range
         Sensor ranges [m], for example 3.5,7.
     radio
-        perfect, off, or ranges [m], for example perfect,10. Default: perfect, unless a strategy is
-        made for another one.
+        perfect, off, path-loss, or ranges [m], for example perfect,10. Default: perfect, unless a
+        strategy is made for another one.
     runs
         Runs of each combination. Run k has the same starts, and on a built-in map the same layout,
         for all strategies.
@@ -75,6 +79,14 @@ def compare(
         4-connected, 8-connected or forward-turn (a turn costs a step).
     sensor
         range (360 degrees, walls block sight) or disc (sees through walls).
+    loss
+        Probability with which each message is lost, 0 to 0.99.
+    delay
+        How long a message takes [s].
+    energy
+        What is in each robot's battery [J]. Default: no limit.
+    fault
+        What happens to a robot in every run, as for conav explore; may be repeated.
     traffic
         pibt (one rule keeps robots apart) or none (they pass through each other).
     cell
@@ -119,7 +131,7 @@ def compare(
 
     if not quiet and not compiled_before():
         print(
-            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+            "conav: compiling the kernels; this happens once and takes about 25 s", file=sys.stderr
         )
     with _Progress(shown=not quiet) as progress:
         made = run(
@@ -138,6 +150,10 @@ def compare(
             progress=progress.show,
             motion=motion,
             sensor=sensor,
+            loss=loss,
+            delay_s=delay,
+            energy_j=energy,
+            faults=fault or (),
             traffic=traffic,
             cell_m=cell,
             radius_m=radius,

@@ -27,6 +27,10 @@ def explore(
     motion: str = "8-connected",
     sensor: str = "range",
     radio: str | None = None,
+    loss: float = 0.0,
+    delay: float = 0.0,
+    energy: float | None = None,
+    fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     traffic: str = "pibt",
     starts: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     outside: Annotated[bool, Parameter(negative="")] = False,
@@ -69,8 +73,18 @@ def explore(
     sensor
         range (360 degrees, walls block sight) or disc (sees through walls).
     radio
-        perfect, off, or a range [m] within which robots hear each other. Default: perfect, unless
-        the strategy is made for another one.
+        perfect, off, a range [m] within which robots hear each other, or path-loss (distance and
+        walls weaken the signal). Default: perfect, unless the strategy is made for another one.
+    loss
+        Probability with which each message is lost, 0 to 0.99.
+    delay
+        How long a message takes [s].
+    energy
+        What is in each robot's battery [J]; a robot spends 10 J a second and 20 J a metre, and is
+        dead when nothing is left. Default: no limit.
+    fault
+        What happens to a robot, and when [s]: robot_1:dies:100, robot_2:stalls:50:200,
+        robot_0:stalls:50 (for ever), robot_3:joins:300; may be repeated.
     traffic
         pibt (one rule keeps robots apart) or none (they pass through each other, as in papers
         without such a rule).
@@ -118,7 +132,7 @@ def explore(
     check_effort(bounds)
     if not quiet and not compiled_before():
         print(
-            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+            "conav: compiling the kernels; this happens once and takes about 25 s", file=sys.stderr
         )
     with tempfile.TemporaryDirectory(prefix="conav-") as folder:
         # Pictures are drawn from the run file; without --out it is a temporary one.
@@ -152,6 +166,10 @@ def explore(
                 seed=seed,
                 max_time_s=max_time,
                 radio=radio,
+                loss=loss,
+                delay_s=delay,
+                energy_j=energy,
+                faults=fault or (),
             )
         for warning in done.warnings if not quiet else ():
             print(f"conav: warning: {warning}", file=sys.stderr)
@@ -272,6 +290,13 @@ def _print_summary(
         f"{done.result.decision_ms['mean']:.2g} ms a decision; "
         f"computed in {done.result.compute_s:.3g} s"
     )
+    events = [
+        f"{event['robot']} {event['event']} at {event['time_s']:.4g} s"
+        for event in summary["robot_events"]
+    ]
+    if events:
+        more = f" and {len(events) - 8} more" if len(events) > 8 else ""
+        print("  " + ", ".join(events[:8]) + more)
     for what, path in (("run file", out), ("picture", png), ("animation", gif)):
         if path is not None:
             print(f"  {what}: {path}")

@@ -249,13 +249,16 @@ def by_squares(known: Knowledge, budget_s: float = 0.0) -> Counted:
     sensor = Sensor("disc", occlusion=False, range_m=float(known.s_range))
     body = Robot("robot_0", motion=MOTIONS["forward-turn"], sensor=sensor)
     heard = np.zeros(1, dtype=np.int32)
+    in_touch = np.ones(1, dtype=np.bool_)
 
     def views(ways: int) -> list[TeamView]:
         moves = np.full((side, side), ways, dtype=np.uint8)
         # All that gains read of a belief; a whole one of millions of points takes long to make.
         belief = cast("Belief", SimpleNamespace(cells=known.cells, moves=moves))
         return [
-            TeamView(1, 1.0, 0, body, row * side + col, heading, belief, lattice, heard, heard)
+            TeamView(
+                1, 1.0, 0, body, row * side + col, heading, belief, lattice, heard, heard, in_touch
+            )
             for row, col, heading in known.places.tolist()
         ]
 

@@ -10,6 +10,9 @@ current, because a scan changes few cells:
   place sees no more);
 - `moves`: the moves between planning cells the robot knows it can make: the true ones whose swept
   disc holds no unknown cell centre.
+
+Beside them it counts changes per block of cells, so that what was worked out from a part of the map
+can be kept until that part changes.
 """
 
 from typing import Any, TypeVar
@@ -20,10 +23,14 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.geometry.clearance import capsule_is_known
 from conav.geometry.directions import DCOL, DROW
+from conav.geometry.distance_field import Ground
 from conav.maps.occupancy_grid import FREE, UNKNOWN
 from conav.maps.planning_grid import PlanningGrid
 
-_LAYERS = ("_cells", "_frontier", "_count", "_marks", "_moves")
+_LAYERS = ("_cells", "_frontier", "_count", "_marks", "_moves", "_changes")
+
+BLOCK = 32
+"""Fine cells along a side of a block in which changes are counted."""
 
 OPEN = 1
 """Mark of a planning cell: known to be standable."""
@@ -42,11 +49,16 @@ class Belief:
 
     __slots__ = (
         "_cells",
+        "_changes",
         "_count",
         "_frontier",
+        "_ground",
+        "_ground_ways",
         "_marks",
         "_moves",
         "cells",
+        "changes",
+        "derived",
         "frontier",
         "frontier_count",
         "known",
@@ -64,6 +76,8 @@ class Belief:
         self._count = np.zeros(coarse, dtype=_count_type(plan))
         self._marks = np.zeros(coarse, dtype=np.uint8)
         self._moves = np.zeros(coarse, dtype=np.uint8)
+        blocks = ((fine[0] - 1) // BLOCK + 1, (fine[1] - 1) // BLOCK + 1)
+        self._changes = np.zeros(blocks, dtype=np.int64)
         self.opened = 0  # planning cells known to be standable
         self.ways = 0  # moves known to be possible
         self.known = 0  # fine cells known; grows exactly when the content changes
@@ -75,6 +89,25 @@ class Belief:
         self.frontier_count = _locked(self._count)  # (rows, cols) frontier cells inside
         self.marks = _locked(self._marks)  # (rows, cols) OPEN, STOOD and TARGET added up
         self.moves = _locked(self._moves)  # (rows, cols) bit k: known move in direction k
+        # (block rows, block cols) grows when a fine cell inside becomes known, or a planning cell
+        # with its centre there becomes known to be standable or is scanned from.
+        self.changes = _locked(self._changes)
+        self._ground: Ground | None = None
+        self._ground_ways = 0
+        # What was worked out from this belief and is kept beside it, by who did so; not part of its
+        # content, and neither copied nor pickled.
+        self.derived: dict[str, Any] = {}
+
+    @property
+    def ground(self) -> Ground:
+        """The known moves as searches for path lengths want them; brought up to date here."""
+        if self._ground is None:
+            self._ground = Ground(self.moves.shape)
+            self._ground_ways = 0
+        if self._ground_ways != self.ways:
+            self._ground.update(self._moves)
+            self._ground_ways = self.ways
+        return self._ground
 
     @property
     def stood(self) -> NDArray[np.uint8]:
@@ -88,6 +121,8 @@ class Belief:
             setattr(other, name, getattr(self, name).copy())
         other.opened, other.ways, other.known = self.opened, self.ways, self.known
         other._lock()
+        other._ground = self._ground.copy() if self._ground is not None else None
+        other._ground_ways = self._ground_ways
         return other
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
@@ -105,6 +140,9 @@ class Belief:
 
         `seen` holds flat fine indices; `scratch` is `new_scratch(plan)`.
         """
+        lattice = plan.lattice
+        row, col = divmod(cell, lattice.cols)
+        self._changes[lattice.fine_row[row] // BLOCK, lattice.fine_col[col] // BLOCK] += 1
         marks = self._marks.reshape(-1)
         marks[cell] = int(marks[cell]) & OPEN | STOOD
         if len(seen) == 0:
@@ -113,15 +151,16 @@ class Belief:
             plan.walls,
             plan.moves,
             plan.standable,
-            plan.lattice.row_of,
-            plan.lattice.col_of,
-            plan.lattice.ratio,
+            lattice.row_of,
+            lattice.col_of,
+            lattice.ratio,
             plan.radius_fine,
             self._cells,
             self._frontier,
             self._count,
             self._marks,
             self._moves,
+            self._changes,
             seen,
             scratch,
         )
@@ -195,6 +234,7 @@ def _integrate(
     count: Any,  # (rows, cols) of an unsigned type wide enough
     marks: NDArray[np.uint8],
     moves: NDArray[np.uint8],
+    changes: NDArray[np.int64],
     seen: NDArray[np.int32],
     scratch: NDArray[np.int32],
 ) -> tuple[int, int, int]:
@@ -220,6 +260,7 @@ def _integrate(
             continue
         cells[r, c] = walls[r, c]
         fresh += 1
+        changes[r // BLOCK, c // BLOCK] += 1
         pr = row_of[r]
         pc = col_of[c]
         centre = pr * cols + pc
@@ -274,10 +315,13 @@ def _integrate(
             continue
         x = (pc + 0.5) * ratio
         y = (pr + 0.5) * ratio
-        if cells[min(int(y), fine_rows - 1), min(int(x), fine_cols - 1)] != UNKNOWN and (
+        r = min(int(y), fine_rows - 1)
+        c = min(int(x), fine_cols - 1)
+        if cells[r, c] != UNKNOWN and (
             bare or capsule_is_known(cells, UNKNOWN, x, y, x, y, radius)
         ):
             marks[pr, pc] |= OPEN
+            changes[r // BLOCK, c // BLOCK] += 1
             opened += 1
     for i in range(touched):
         pr = scratch[size + i] // cols

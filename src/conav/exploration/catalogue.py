@@ -23,6 +23,8 @@ STRATEGIES: dict[str, str] = {
     "potential-1": "conav.exploration.potential_1:Potential1",
     "potential": "conav.exploration.potential:Potential",
     "potential-improved": "conav.exploration.potential_improved:PotentialImproved",
+    "potential-frontier": "conav.exploration.potential_frontier:PotentialFrontier",
+    "potential-quiet": "conav.exploration.potential_quiet:PotentialQuiet",
     "better-response": "conav.exploration.better_response:BetterResponse",
     "marginal-contribution": "conav.exploration.marginal_contribution:MarginalContribution",
     "uncoordinated": "conav.exploration.uncoordinated:Uncoordinated",

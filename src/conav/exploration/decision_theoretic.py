@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +29,18 @@ class DecisionTheoretic:
     Costs are path lengths in sensor ranges, so beta means the same on every map. Robots that hear
     each other make a team of their own; the last targets of teammates that are not heard any more
     go on making what is near them less useful, as far as the robot that assigns had sent them there
-    itself.
+    itself, and for `silence_s`: who is silent for longer may be broken.
     """
 
     beta: float = 1.0
     """Weight of the cost of reaching a target against its utility."""
+    silence_s: float = 120.0
+    """The target of a robot not heard for longer than this is nobody's [s]."""
 
     def __post_init__(self) -> None:
         check_beta(self.beta)
+        if not 0.0 <= self.silence_s < float("inf"):
+            raise ValueError(f"silence_s is {self.silence_s:g}; give 0 or more")
 
     def start(self, view: TeamView, rng: np.random.Generator) -> DecisionMemory:
         return DecisionMemory()
@@ -47,32 +52,39 @@ class DecisionTheoretic:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[TeamMemory, Action, Sequence[Message]]:
-        def assign(
-            targets: Targets,
-            view: TeamView,
-            robots: Sequence[int],
-            positions: NDArray[np.int32],
-        ) -> NDArray[np.int64]:
-            reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
+        return team_step(memory, view, inbox, partial(self._assign, memory))
 
-            def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-                return np.maximum(1.0 - distance / reach, 0.0)
+    def _assign(
+        self,
+        memory: DecisionMemory,
+        targets: Targets,
+        view: TeamView,
+        robots: Sequence[int],
+        positions: NDArray[np.int32],
+    ) -> NDArray[np.int64]:
+        reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
 
-            lost = [
-                cell for robot, cell in memory.sent.items() if robot not in robots and cell >= 0
-            ]
-            goals = assign_by_utility(
-                targets,
-                targets.costs / reach,
-                self.beta,
-                view.lattice.cols,
-                seen,
-                np.array(lost, dtype=np.int64),
-            )
-            memory.sent.update(zip(robots, goals.tolist(), strict=True))
-            return goals
+        def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.maximum(1.0 - distance / reach, 0.0)
 
-        return team_step(memory, view, inbox, assign)
+        limit = self.silence_s * view.step / view.time_s if view.step else 0.0
+        lost = [
+            cell
+            for robot, cell in memory.sent.items()
+            if robot not in robots
+            and cell >= 0
+            and view.step - int(view.heard_step[robot]) <= limit
+        ]
+        goals = assign_by_utility(
+            targets,
+            targets.costs / reach,
+            self.beta,
+            view.lattice.cols,
+            seen,
+            np.array(lost, dtype=np.int64),
+        )
+        memory.sent.update(zip(robots, goals.tolist(), strict=True))
+        return goals
 
 
 def check_beta(beta: float) -> None:

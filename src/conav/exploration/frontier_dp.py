@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,37 +66,39 @@ class FrontierDP:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[TeamMemory, Action, Sequence[Message]]:
-        def assign(
-            targets: Targets,
-            view: TeamView,
-            robots: Sequence[int],
-            positions: NDArray[np.int32],
-        ) -> NDArray[np.int64]:
-            # No farther than the map is large, as `look_around` counts.
-            lattice = view.lattice
-            reach = view.body.sensor.range_m / lattice.resolution
-            reach = max(min(reach, sum(view.belief.cells.shape)), 1.0) / lattice.ratio
-            look_around(memory, view, positions)
-            share = np.where(memory.there > 0, memory.seen / np.maximum(memory.there, 1), 1.0)
+        return team_step(memory, view, inbox, partial(self._assign, memory))
 
-            def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-                ring = (distance / reach * RINGS).astype(np.int64)
-                near = distance <= reach
-                return np.where(near, share[np.minimum(ring, RINGS - 1)], 0.0)
+    def _assign(
+        self,
+        memory: ViewMemory,
+        targets: Targets,
+        view: TeamView,
+        robots: Sequence[int],
+        positions: NDArray[np.int32],
+    ) -> NDArray[np.int64]:
+        # No farther than the map is large, as `look_around` counts.
+        lattice = view.lattice
+        reach = view.body.sensor.range_m / lattice.resolution
+        reach = max(min(reach, sum(view.belief.cells.shape)), 1.0) / lattice.ratio
+        look_around(memory, view, positions)
+        share = np.where(memory.there > 0, memory.seen / np.maximum(memory.there, 1), 1.0)
 
-            lengths = targets.costs
-            if self.literal:
-                lengths = iterated_costs(view, positions, targets.cells)
-            return assign_by_utility(
-                targets,
-                lengths * self.free,
-                self.beta,
-                view.lattice.cols,
-                seen,
-                np.empty(0, dtype=np.int64),
-            )
+        def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+            ring = (distance / reach * RINGS).astype(np.int64)
+            near = distance <= reach
+            return np.where(near, share[np.minimum(ring, RINGS - 1)], 0.0)
 
-        return team_step(memory, view, inbox, assign)
+        lengths = targets.costs
+        if self.literal:
+            lengths = iterated_costs(view, positions, targets.cells)
+        return assign_by_utility(
+            targets,
+            lengths * self.free,
+            self.beta,
+            lattice.cols,
+            seen,
+            np.empty(0, dtype=np.int64),
+        )
 
 
 def iterated_costs(

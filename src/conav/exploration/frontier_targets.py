@@ -6,16 +6,14 @@ may work at two ends of it.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from conav.compiled import kernel
 from conav.exploration.belief import TARGET, Belief
 from conav.exploration.types import TeamView
-from conav.geometry.grid_search import search, search_space
+from conav.geometry.distance_field import field_buffer, fill_distances
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +27,11 @@ class Targets:
 
     def piece_costs(self) -> NDArray[np.float64]:
         """The cost of each piece for each robot: that of its nearest target, (n_robots, pieces)."""
-        costs = np.full((len(self.costs), self.n_pieces), np.inf)
-        for robot, row in enumerate(self.costs):
-            np.minimum.at(costs[robot], self.piece, row)
-        return costs
+        if self.n_pieces == 0:
+            return np.empty((len(self.costs), 0))
+        order = np.argsort(self.piece, kind="stable")
+        first = np.searchsorted(self.piece[order], np.arange(self.n_pieces))
+        return np.minimum.reduceat(self.costs[:, order], first, axis=1)
 
     def nearest_in(self, robot: int, piece: int) -> int:
         """The cell of a piece nearest to a robot, the lower number first."""
@@ -42,51 +41,101 @@ class Targets:
 
 def find_targets(view: TeamView, positions: NDArray[np.int32]) -> Targets:
     """The targets this robot knows of, with the costs for robots at these planning cells."""
-    belief = view.belief
-    wanted = np.asarray(belief.marks & TARGET, dtype=np.uint8)
-    cells = np.flatnonzero(wanted)
+    cells, piece, n_pieces = find_pieces(view)
+    return Targets(cells, piece, n_pieces, path_costs(view.belief, positions, cells))
+
+
+def find_pieces(view: TeamView) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """The targets this robot knows of, flat and ascending, the piece of each, and how many."""
+    cells = np.flatnonzero(view.belief.marks & TARGET)
     length = max(int(view.body.sensor.range_m / view.lattice.cell_m), 1)
-    piece, n_pieces = cut_into_pieces(wanted, cells, length)
-    costs = path_costs(belief, positions, cells)
-    return Targets(cells, piece, n_pieces, costs)
+    piece, n_pieces = cut_into_pieces(cells, view.lattice.cols, length)
+    return cells, piece, n_pieces
 
 
 def cut_into_pieces(
-    wanted: NDArray[Any], cells: NDArray[np.int64], length: int
+    cells: NDArray[np.int64], cols: int, length: int
 ) -> tuple[NDArray[np.int64], int]:
-    """The piece of every target, numbered from 0, and how many there are.
+    """The piece of every target, numbered from 0 by their lowest cells, and how many there are.
 
-    `wanted` (rows, cols) is not 0 at the targets `cells`; a piece lies in a square block of that
-    `length` [planning cells].
+    `cells` are flat in a grid of `cols` columns, ascending; neighbours, diagonal ones too, belong
+    together where they lie in one square block of that `length` [cells].
     """
-    if len(cells) == 0:
-        return cells, 0
-    cols = wanted.shape[1]
-    row, col = np.divmod(cells, cols)
-    block = (row // length) * (cols // length + 1) + col // length
-    number = np.full((wanted.shape[0] + 2, cols + 2), -1, dtype=np.int64)
-    number[row + 1, col + 1] = np.arange(len(cells))
-    # Neighbours in the same block belong together: half of the eight directions are enough.
-    pairs: list[NDArray[np.int64]] = []
-    for down, right in ((0, 1), (1, -1), (1, 0), (1, 1)):
-        other = number[row + 1 + down, col + 1 + right]
-        joined = np.flatnonzero((other >= 0) & (block == block[other]))
-        pairs.append(np.stack([joined, other[joined]]))
-    one, two = np.concatenate(pairs, axis=1)
-    graph = coo_array((np.ones(len(one)), (one, two)), shape=(len(cells), len(cells)))
-    count, piece = connected_components(graph, directed=False)
-    return np.asarray(piece, dtype=np.int64), int(count)
+    piece = np.empty(len(cells), dtype=np.int64)
+    return piece, _cut(cells, cols, length, piece)
+
+
+def connected_cells(cells: NDArray[np.int64], cols: int) -> tuple[NDArray[np.int64], int]:
+    """The cluster of each cell as `cut_into_pieces`, however long, and how many there are."""
+    return cut_into_pieces(cells, cols, int(np.iinfo(np.int64).max))
+
+
+@kernel
+def _cut(cells: NDArray[np.int64], cols: int, length: int, piece: NDArray[np.int64]) -> int:
+    """The number of pieces written to `piece`, by union of each cell with those before it."""
+    above = 0  # the first cell that may lie in the row below this one's and touch it
+    for i in range(cells.shape[0]):
+        cell = cells[i]
+        row = cell // cols
+        col = cell % cols
+        piece[i] = i
+        if i > 0 and col > 0 and cells[i - 1] == cell - 1 and (col - 1) // length == col // length:
+            _join(piece, i, i - 1)
+        while cells[above] < cell - cols - 1:
+            above += 1
+        if row == 0 or (row - 1) // length != row // length:
+            continue
+        j = above
+        while cells[j] <= cell - cols + 1:
+            other = cells[j] % cols
+            # Both rows' ends are neighbours in flat numbers only.
+            if abs(other - col) <= 1 and other // length == col // length:
+                _join(piece, i, j)
+            j += 1
+    count = 0
+    for i in range(cells.shape[0]):
+        if piece[i] == i:
+            piece[i] = count
+            count += 1
+        else:
+            piece[i] = piece[piece[i]]  # a lower one, which has its number
+    return count
+
+
+@kernel
+def _join(piece: NDArray[np.int64], one: int, other: int) -> None:
+    """Put two cells into one piece; its lowest cell stands for it."""
+    while piece[one] != one:
+        piece[one] = piece[piece[one]]
+        one = piece[one]
+    while piece[other] != other:
+        piece[other] = piece[piece[other]]
+        other = piece[other]
+    if one < other:
+        piece[other] = one
+    else:
+        piece[one] = other
 
 
 def path_costs(
     belief: Belief, positions: NDArray[np.int32], cells: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Path lengths [planning cells] from positions to cells over known moves, inf where none is."""
-    space = search_space(belief.moves.size)
-    nowhere = np.zeros_like(belief.marks)
+    ground = belief.ground
+    distance = field_buffer(ground.moves.size)
     costs = np.full((len(positions), len(cells)), np.inf)
-    for robot, position in enumerate(positions):
-        search(belief.moves, int(position), nowhere, 1, space)
-        reached = space.stamp[cells] == space.stamp[-1]
-        costs[robot, reached] = space.distance[cells[reached]]
+    reached: list[NDArray[np.bool_]] = []  # cells, for each part of the map somebody is in
+    for robot, start in enumerate(positions.astype(np.int64)):
+        # Whoever can be reached can reach the same.
+        known = next((i for i, area in enumerate(reached) if area[start]), -1)
+        if known < 0:
+            fill_distances(ground, np.array([start]), distance)
+            reached.append(np.isfinite(distance))
+            costs[robot] = distance[cells]
+            continue
+        able = reached[known][cells]
+        wanted = cells[able]
+        if len(wanted):
+            fill_distances(ground, np.array([start]), distance, np.arange(len(wanted) + 1), wanted)
+            costs[robot, able] = distance[wanted]
     return costs

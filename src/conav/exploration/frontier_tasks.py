@@ -7,23 +7,20 @@ which a pocket may be looked into are the cells that it can see, with everything
 clear.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
 
 from conav.compiled import kernel
-from conav.exploration.belief import OPEN, STOOD, TARGET, Belief
-from conav.exploration.frontier_targets import cut_into_pieces
-from conav.exploration.turn_sequences import sight_space
+from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
+from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
+from conav.exploration.turn_sequences import SightSpace, sight_space
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
-from conav.geometry.grid_search import search, search_space
+from conav.geometry.distance_field import GrowingField, field_buffer, fill_distances
 from conav.geometry.sight import disc_cells, visible_cells
-
-_EIGHT = np.ones((3, 3), dtype=np.int8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,41 +28,72 @@ class Tasks:
     """Tasks and the places from which each is done.
 
     Places of task j are `places[first[j]:first[j + 1]]`. `looks_for` is the unknown fine cell a
-    pocket is about, -1 for a piece of frontier.
+    pocket is about, -1 for a piece of frontier. Of `lengths` only those to each task's nearest
+    places are exact; to others they may be too large.
     """
 
     places: NDArray[np.int64]  # flat planning cells
     first: NDArray[np.int64]  # (n_tasks + 1,)
     looks_for: NDArray[np.int64]  # (n_tasks,)
-    fields: NDArray[np.float64]  # (n_robots, planning cells) distance from each robot, inf
+    lengths: NDArray[np.float64]  # (n_robots, n_places) from each robot [planning cells], inf
 
     def __len__(self) -> int:
         return len(self.looks_for)
 
-    def costs(self, fields: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-        """The distance of each task's nearest place, (n_fields, n_tasks) [planning cells]."""
-        if fields is None:
-            fields = self.fields
+    def costs(self) -> NDArray[np.float64]:
+        """The distance of each task's nearest place, (n_robots, n_tasks) [planning cells]."""
+        return self.nearest(self.lengths)
+
+    def nearest(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The least length to a place of each task, (n, n_tasks), of lengths (n, n_places)."""
         if len(self) == 0:
-            return np.empty((len(fields), 0))
-        return np.minimum.reduceat(fields[:, self.places], self.first[:-1], axis=1)
+            return np.empty((len(lengths), 0))
+        return np.minimum.reduceat(lengths, self.first[:-1], axis=1)
 
     def nearest_place(self, robot: int, task: int) -> int:
-        """The place of a task that is nearest to a robot, the lower number first."""
-        places = self.places[self.first[task] : self.first[task + 1]]
-        return int(places[np.argmin(self.fields[robot, places])])
+        """The place of a task that is nearest to a robot, the first of equals."""
+        start, end = int(self.first[task]), int(self.first[task + 1])
+        return int(self.places[start + np.argmin(self.lengths[robot, start:end])])
+
+    def lengths_from(self, belief: Belief, start: int) -> NDArray[np.float64]:
+        """Path lengths from a planning cell to all places, exact as `lengths` are, (n_places,)."""
+        distance = field_buffer(belief.moves.size)
+        here = np.array([start], dtype=np.int64)
+        fill_distances(belief.ground, here, distance, self.first, self.places)
+        return distance[self.places]
+
+
+KEPT_BYTES = 2**28
+"""Fields from the places of tasks are kept, from one assignment to the next, up to this size."""
+
+
+def lengths_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArray[np.float64]:
+    """Path lengths from planning cells to all places, (n_starts, n_places), exact as `lengths` are.
+
+    Made for places of tasks: most are asked for again at the next assignment, when the map has
+    grown a little, so their fields are kept and grow with it.
+    """
+    before: dict[int, GrowingField] = belief.derived.get("fields of tasks", {})
+    after: dict[int, GrowingField] = {}
+    lengths = np.empty((len(starts), len(tasks.places)))
+    for row, start in zip(lengths, starts, strict=True):
+        field = after.get(start) or before.get(start)
+        if field is None and (len(after) + 1) * GrowingField.bytes_of(belief.ground) <= KEPT_BYTES:
+            field = GrowingField(belief.ground, start)
+        if field is None:
+            row[:] = tasks.lengths_from(belief, start)
+        else:
+            after[start] = field
+            np.take(field.distance, tasks.places, out=row)
+    belief.derived["fields of tasks"] = after
+    return lengths
 
 
 def distance_fields(belief: Belief, starts: NDArray[np.int64]) -> NDArray[np.float64]:
     """Path lengths [planning cells] from each start to every cell over known moves, inf if none."""
-    size = belief.moves.size
-    space = search_space(size)
-    nowhere = np.zeros_like(belief.marks)
-    fields = np.full((len(starts), size), np.inf)
-    for start, field in zip(starts.tolist(), fields, strict=True):
-        search(belief.moves, start, nowhere, 1, space)
-        reached = np.flatnonzero(space.stamp[:-1] == space.stamp[-1])
-        field[reached] = space.distance[reached]
+    fields = np.empty((len(starts), belief.moves.size))
+    for start, field in zip(starts, fields, strict=True):
+        fill_distances(belief.ground, np.array([start], dtype=np.int64), field)
     return fields
 
 
@@ -73,98 +101,149 @@ def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
     """The tasks that robots at these planning cells can reach."""
     belief = view.belief
     lattice = view.lattice
-    fields = distance_fields(belief, positions.astype(np.int64))
-    reach = np.isfinite(fields).any(axis=0)
-    wanted = ((belief.marks & TARGET).reshape(-1) != 0) & reach
-    places = np.flatnonzero(wanted)
+    marks = belief.marks.reshape(-1)
+    reach, fields = _reach(belief, positions)
+    wanted = (marks & TARGET != 0) & reach
+    targets = np.flatnonzero(wanted)
     length = max(int(view.body.sensor.range_m / lattice.cell_m), 1)
-    grid = wanted.reshape(belief.marks.shape)
-    piece, n_pieces = cut_into_pieces(grid, places, length)
+    piece, n_pieces = cut_into_pieces(targets, lattice.cols, length)
     order = np.argsort(piece, kind="stable")
-    parts = [places[order]]
+    parts = [targets[order]]
     sizes = np.bincount(piece, minlength=n_pieces).tolist() if n_pieces else []
     looks_for = [-1] * n_pieces
-    marks = belief.marks.reshape(-1)
-    able = reach & (marks & OPEN != 0) & (marks & STOOD == 0)
-    for cell, around in _pockets(view, grid, able):
+    for cell, around in _pockets(view, wanted.reshape(belief.marks.shape), reach):
         parts.append(around)
         sizes.append(len(around))
         looks_for.append(cell)
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    return Tasks(np.concatenate(parts), first, np.array(looks_for, dtype=np.int64), fields)
+    places = np.concatenate(parts)
+    tasks = Tasks(
+        places,
+        first,
+        np.array(looks_for, dtype=np.int64),
+        np.full((len(positions), len(places)), np.inf),
+    )
+    for robot, start in enumerate(positions.tolist()):
+        if robot in fields:
+            tasks.lengths[robot] = fields[robot][places]
+        elif len(tasks):
+            tasks.lengths[robot] = tasks.lengths_from(belief, start)
+    return tasks
+
+
+def _reach(
+    belief: Belief, positions: NDArray[np.int32]
+) -> tuple[NDArray[np.bool_], dict[int, NDArray[np.float64]]]:
+    """Which cells any robot can reach, and the fields of the robots that were asked for it."""
+    reach = np.zeros(belief.moves.size, dtype=np.bool_)
+    fields: dict[int, NDArray[np.float64]] = {}
+    for robot, start in enumerate(positions.tolist()):
+        # Whoever can be reached can reach the same.
+        if not reach[start]:
+            fields[robot] = distance_fields(belief, np.array([start]))[0]
+            reach |= np.isfinite(fields[robot])
+    return reach, fields
+
+
+Views = dict[int, tuple[int, NDArray[np.int64]]]
+"""Unknown fine cell -> changes in the map around it so far, and the places that may see it."""
 
 
 def _pockets(
-    view: TeamView, wanted: NDArray[np.bool_], able: NDArray[np.bool_]
+    view: TeamView, wanted: NDArray[np.bool_], reach: NDArray[np.bool_]
 ) -> list[tuple[int, NDArray[np.int64]]]:
-    """An unknown fine cell of each pocket, and the able planning cells that may see it."""
+    """An unknown fine cell of each pocket, and the places in reach that may see it."""
     belief = view.belief
     lattice = view.lattice
+    sensor = view.body.sensor
     hidden = unknown_beside_frontier(belief)
-    if len(hidden) == 0:
-        return []
-    row, col = np.divmod(hidden, belief.cells.shape[1])
-    near = _grown(wanted)
-    alone = ~near[lattice.row_of[row], lattice.col_of[col]]
-    hidden, row, col = hidden[alone], row[alone], col[alone]
-    if len(hidden) == 0:
-        return []
-    top, left = row.min(), col.min()
-    part = np.zeros((row.max() - top + 1, col.max() - left + 1), dtype=np.uint8)
-    part[row - top, col - left] = 1
-    clusters = np.asarray(cast("tuple[Any, int]", label(part, structure=_EIGHT))[0])
-    cluster = clusters[row - top, col - left]
-    space = sight_space(
-        view.body.sensor.range_m,
-        lattice.resolution,
-        view.body.sensor.occlusion,
-        belief.cells.shape,
-    )
-    flags = able.reshape(wanted.shape).astype(np.uint8)
-    out = np.empty(belief.marks.size, dtype=np.int64)
+    alone = np.empty(len(hidden), dtype=np.bool_)
+    _stand_alone(hidden, wanted, lattice.row_of, lattice.col_of, alone)
+    hidden = hidden[alone]
+    cluster, count = connected_cells(hidden, belief.cells.shape[1])
+    key = f"places that see {sensor.range_m!r} {sensor.occlusion}"
+    before: Views = belief.derived.get(key, {})
+    after: Views = {}
     found: list[tuple[int, NDArray[np.int64]]] = []
     order = np.argsort(cluster, kind="stable")
-    starts = np.flatnonzero(np.diff(cluster[order], prepend=-1))
-    ends = np.append(starts[1:], len(order))
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+    ends = np.cumsum(np.bincount(cluster, minlength=count)) if count else []
+    start = 0
+    space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, belief.cells.shape)
+    for end in map(int, ends):
         # One cell in the middle stands for the pocket, or another where that one is out of sight.
         for pick in (int((start + end) // 2), start, end - 1):
             cell = int(hidden[order[pick]])
-            count = _places_that_see(
-                belief.cells,
-                cell,
-                flags,
-                lattice.row_of,
-                lattice.col_of,
-                lattice.fine_row,
-                lattice.fine_col,
-                0 if lattice.ratio >= 1 else int(0.5 / lattice.ratio) + 1,
-                *space,
-                out,
-            )
-            if count:
-                found.append((cell, out[:count].copy()))
+            changes = _changes_around(belief, cell, len(space.limits) - 1)
+            kept = before.get(cell)
+            if kept is None or kept[0] != changes:
+                kept = changes, _look_back(view, cell, space)
+            after[cell] = kept
+            around = kept[1][reach[kept[1]]]
+            if len(around):
+                found.append((cell, around))
                 break
+        start = end
+    belief.derived[key] = after
     return found
 
 
-def _grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The cells and their eight neighbours."""
-    rows, cols = cells.shape
-    inside = np.zeros((rows + 2, cols + 2), dtype=np.bool_)
-    inside[1:-1, 1:-1] = cells
-    grown = np.zeros((rows, cols), dtype=np.bool_)
-    for down in range(3):
-        for right in range(3):
-            grown |= inside[down : down + rows, right : right + cols]
-    return grown
+def _changes_around(belief: Belief, cell: int, reach: int) -> int:
+    """How much has changed so far within some fine cells of one."""
+    row, col = divmod(cell, belief.cells.shape[1])
+    rows = slice(max(row - reach, 0) // BLOCK, (row + reach) // BLOCK + 1)
+    cols = slice(max(col - reach, 0) // BLOCK, (col + reach) // BLOCK + 1)
+    return int(belief.changes[rows, cols].sum())
+
+
+def _look_back(view: TeamView, cell: int, space: SightSpace) -> NDArray[np.int64]:
+    """The planning cells known to be standable, not scanned from, that may see an unknown cell."""
+    belief = view.belief
+    lattice = view.lattice
+    out = np.empty(belief.marks.size, dtype=np.int64)
+    count = _places_that_see(
+        belief.cells,
+        cell,
+        belief.marks,
+        lattice.row_of,
+        lattice.col_of,
+        lattice.fine_row,
+        lattice.fine_col,
+        0 if lattice.ratio >= 1 else int(0.5 / lattice.ratio) + 1,
+        *space,
+        out,
+    )
+    return out[:count].copy()
+
+
+@kernel
+def _stand_alone(
+    hidden: NDArray[np.int64],
+    wanted: NDArray[np.bool_],
+    row_of: NDArray[np.int32],
+    col_of: NDArray[np.int32],
+    alone: NDArray[np.bool_],
+) -> None:
+    """Whether no wanted planning cell is that of a hidden fine cell or one of its eight neighbours.
+
+    Written to `alone`, one for each of `hidden`.
+    """
+    rows, cols = wanted.shape
+    fine_cols = col_of.shape[0]
+    for i in range(hidden.shape[0]):
+        row = row_of[hidden[i] // fine_cols]
+        col = col_of[hidden[i] % fine_cols]
+        alone[i] = True
+        for r in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
+            for c in range(max(col - 1, 0), min(col + 1, cols - 1) + 1):
+                if wanted[r, c]:
+                    alone[i] = False
 
 
 @kernel
 def _places_that_see(
     cells: NDArray[np.uint8],
     hidden: int,
-    able: NDArray[np.uint8],
+    marks: NDArray[np.uint8],
     row_of: NDArray[np.int32],
     col_of: NDArray[np.int32],
     fine_row: NDArray[np.int32],
@@ -178,9 +257,9 @@ def _places_that_see(
     stamps: NDArray[np.int32],
     places: NDArray[np.int64],
 ) -> int:
-    """The number of able planning cells written to `places`, whose centres may see a cell."""
+    """The number of open planning cells not stood on, written to `places`, that may see a cell."""
     fine_cols = cells.shape[1]
-    rows, cols = able.shape
+    rows, cols = marks.shape
     r = hidden // fine_cols
     c = hidden % fine_cols
     if occlusion:
@@ -198,7 +277,11 @@ def _places_that_see(
         c2 = out[i] % fine_cols
         for pr in range(max(row_of[r2] - spread, 0), min(row_of[r2] + spread, rows - 1) + 1):
             for pc in range(max(col_of[c2] - spread, 0), min(col_of[c2] + spread, cols - 1) + 1):
-                if fine_row[pr] == r2 and fine_col[pc] == c2 and able[pr, pc] == 1:
+                if (
+                    fine_row[pr] == r2
+                    and fine_col[pc] == c2
+                    and marks[pr, pc] & (OPEN | STOOD) == OPEN
+                ):
                     places[found] = pr * cols + pc
                     found += 1
     return found

@@ -9,7 +9,7 @@ discovers at least half as many points as the best joint action (Vetta 2002).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -53,6 +53,9 @@ class Standing:
         return 2
 
 
+_STAY = Action()
+
+
 @dataclass
 class GameMemory(TurnMemory):
     """The sequence under way and the outcome of the last game."""
@@ -61,6 +64,8 @@ class GameMemory(TurnMemory):
     sequence: int = NONE  # how it began that step, then what it plays
     regret: int = 0  # the largest regret among the players it computed, 0 at an equilibrium
     responses: int = 0  # better responses made in all its games
+    standings: dict[int, Standing] = field(default_factory=dict[int, Standing])  # as last heard
+    action: Action = _STAY  # of this step
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,8 @@ class MarginalContribution:
     all compute the same path of better responses, and each takes its own part. Only robots whose
     views could overlap, directly or through others, enter each other's games: the others' do not
     count. All are taken to have this robot's sensor. With a limited radio a robot leaves out those
-    it cannot hear, and may have regret.
+    it cannot hear, and may have regret; so it may where radios are slow or lose messages, for there
+    it plays at once with what it last heard of those in touch.
     """
 
     epsilon: float = 0.1
@@ -93,23 +99,38 @@ class MarginalContribution:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[GameMemory, Action, Sequence[Message]]:
-        if memory.asked_at < view.step:
+        begins = memory.asked_at < view.step
+        said: list[Message] = []
+        if begins:
             memory.asked_at = view.step
             memory.sequence = self._first(memory, view, rng)
-            near = np.flatnonzero(view.heard_step == view.step).tolist()
+            near = np.flatnonzero(view.in_touch).tolist()
             near.remove(view.robot)
-            if near:
+            standing = Standing(view.heading, memory.sequence)
+            said = [Message(view.robot, other, view.time_s, standing) for other in near]
+            if near and view.prompt:
                 # Each of them tells in this step too, so the game waits for that.
-                standing = Standing(view.heading, memory.sequence)
-                return (
-                    memory,
-                    Action(),
-                    [Message(view.robot, other, view.time_s, standing) for other in near],
-                )
+                return memory, _STAY, said
+        standings = {
+            message.sender: message.body for message in inbox if isinstance(message.body, Standing)
+        }
+        if not view.prompt:
+            memory.standings.update(standings)
+            if not begins:
+                return memory, memory.action, ()
+            standings = {
+                other: standing
+                for other, standing in sorted(memory.standings.items())
+                if view.in_touch[other]
+            }
+        memory.action = self._answer(memory, view, standings)
+        return memory, memory.action, said
+
+    def _answer(self, memory: GameMemory, view: TeamView, others: dict[int, Standing]) -> Action:
         if memory.sequence == BOUND:
-            return memory, forward(view), ()
-        memory.sequence = _play_game(memory, view, inbox)
-        return memory, play(memory, view, memory.sequence, "step"), ()
+            return forward(view)
+        memory.sequence = _play_game(memory, view, others)
+        return play(memory, view, memory.sequence, "step")
 
     def _first(self, memory: GameMemory, view: TeamView, rng: np.random.Generator) -> int:
         if second_step(memory, view):
@@ -171,13 +192,11 @@ def joint_points(view: TeamView, players: Sequence[tuple[int, int, int]]) -> Joi
     return JointPoints(points, first, end, _cover_space(belief.cells.size))
 
 
-def _play_game(memory: GameMemory, view: TeamView, inbox: Sequence[Message]) -> int:
+def _play_game(memory: GameMemory, view: TeamView, others: dict[int, Standing]) -> int:
     """This robot's sequence in the equilibrium."""
     standings = {view.robot: (view.cell, view.heading, memory.sequence)}
-    for message in inbox:
-        if isinstance(message.body, Standing):
-            cell = int(view.heard_cell[message.sender])
-            standings[message.sender] = (cell, message.body.heading, message.body.sequence)
+    for other, standing in others.items():
+        standings[other] = (int(view.heard_cell[other]), standing.heading, standing.sequence)
     players = _players(view, standings)
     game = joint_points(view, [standings[player] for player in players])
     profile = np.array([first_sequence(standings[player][2]) for player in players])

@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from conav.compiled import kernel
 from conav.exploration.belief import STOOD, TARGET, Belief
 from conav.exploration.types import Action, TeamView
-from conav.exploration.viewpoints import HopelessCells, beside_frontier, nearest_viewpoint
+from conav.exploration.viewpoints import beside_frontier, nearest_viewpoint
 from conav.geometry.directions import DCOL, DROW
+from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
 from conav.geometry.grid_search import path_to, search, search_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.messages.message import Message
@@ -28,7 +30,6 @@ class NearestMemory:
     left: int = 0  # moves of the path still to make
     here: int = -1  # planning cell from which they start
     idle_since: int = -1  # cells known when nothing was left to do
-    hopeless: HopelessCells = field(default_factory=HopelessCells)
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,14 @@ class Nearest:
     ) -> tuple[NearestMemory, Action, Sequence[Message]]:
         if not keeps_goal(memory, view, self.keep_goal):
             choose_nearest(memory, view)
-        if memory.goal < 0:
-            return memory, Action(finished=True), ()
-        return memory, Action(int(memory.path[memory.left - 1]), memory.goal), ()
+        return memory, drive_on(memory), ()
+
+
+def drive_on(memory: NearestMemory) -> Action:
+    """The next move of the plan in memory; without a plan the robot is finished."""
+    if memory.goal < 0:
+        return Action(finished=True)
+    return Action(int(memory.path[memory.left - 1]), memory.goal)
 
 
 def keeps_goal(memory: NearestMemory, view: TeamView, to_the_end: bool = False) -> bool:
@@ -95,24 +101,72 @@ def _wanted(memory: NearestMemory, belief: Belief) -> bool:
     return memory.beside and bool(around.any())
 
 
+def drive_to(memory: NearestMemory, view: TeamView, goal: int, looks_for: int = -1) -> bool:
+    """Whether the robot can get to that planning cell from elsewhere; then the plan is to do so.
+
+    `looks_for` is an unknown fine cell that may be seen from there, -1 where the goal has frontier.
+    """
+    if goal < 0 or goal == view.cell:
+        return False
+    path, left = shortest_path(view.belief.ground, view.cell, goal)
+    if left == 0:
+        return False
+    memory.goal = goal
+    memory.looks_for = looks_for
+    memory.beside = False
+    memory.here = view.cell
+    memory.path, memory.left = path, left
+    return True
+
+
 def choose_nearest(memory: NearestMemory, view: TeamView) -> None:
     """Set the nearest goal and the path to it, or none."""
     belief = view.belief
     space = search_space(belief.moves.size)
     memory.looks_for = -1
     memory.beside = False
-    goal = search(belief.moves, view.cell, belief.marks, TARGET, space)
+    goal = _nearest(belief, view.cell, belief.marks, TARGET)
     if goal < 0 and belief.frontier_count.any():
         memory.beside = True
-        goal = search(belief.moves, view.cell, beside_frontier(belief), 1, space)
+        goal = _nearest(belief, view.cell, beside_frontier(belief), 1)
         if goal < 0:
-            # The search went everywhere the robot can go, so its distances serve here.
+            distance = field_buffer(belief.moves.size)
+            fill_distances(belief.ground, np.array([view.cell]), distance)
             goal, memory.looks_for = nearest_viewpoint(
-                belief, view.lattice, view.body.sensor, space, memory.hopeless
+                belief, view.lattice, view.body.sensor, distance
             )
+            if goal >= 0:
+                there = np.zeros_like(belief.marks)
+                there.reshape(-1)[goal] = 1
+                search(belief.moves, view.cell, there, 1, space)
     memory.goal = goal
     if goal < 0:
         memory.idle_since = belief.known
         return
     memory.here = view.cell
     memory.path, memory.left = path_to(space, view.lattice.cols, goal)
+
+
+def _nearest(belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) -> int:
+    """The nearest cell whose `goals` share a bit with `mask`, as `search`, or -1."""
+    # A search that finds nothing goes everywhere; often a look at the map tells before.
+    if not _may_be_reached(goals, mask, belief.moves, start):
+        return -1
+    return search(belief.moves, start, goals, mask, search_space(belief.moves.size))
+
+
+@kernel
+def _may_be_reached(
+    goals: NDArray[np.uint8], mask: int, moves: NDArray[np.uint8], start: int
+) -> bool:
+    """Whether one of the goals is the start, or has any move."""
+    wanted = goals.reshape(-1)
+    flat = moves.reshape(-1)
+    if wanted[start] & mask:
+        return True
+    found = False
+    for i in range(wanted.shape[0]):
+        if wanted[i] & mask and flat[i] != 0:
+            found = True
+            break
+    return found

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from conav.exploration.frontier_tasks import Tasks, distance_fields, find_tasks
+from conav.exploration.frontier_tasks import Tasks, find_tasks, lengths_between
 from conav.exploration.team_assignment import Order, TeamMemory, planned_step
 from conav.exploration.types import Action, TeamView
 from conav.messages.message import Message
@@ -65,8 +65,7 @@ def mean_distances(view: TeamView, tasks: Tasks) -> NDArray[np.float64]:
     """
     nearest = tasks.costs().argmin(axis=0)
     places = [tasks.nearest_place(int(robot), task) for task, robot in enumerate(nearest)]
-    fields = distance_fields(view.belief, np.array(places, dtype=np.int64))
-    between = tasks.costs(fields)
+    between = tasks.nearest(lengths_between(view.belief, tasks, places))
     return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
 
 

@@ -65,6 +65,9 @@ class Tidings:
         return 9 + 4 * (len(self.left_out) + self.sent)
 
 
+_STAY = Action()
+
+
 @dataclass
 class ImprovedMemory(TurnMemory):
     """The sequence under way, what is known of the sets, and the last prediction."""
@@ -73,6 +76,8 @@ class ImprovedMemory(TurnMemory):
     others: NDArray[np.int32] = field(default_factory=lambda: _NOBODY)  # predicted, (k, 2) fine
     predicted_at: int = -3  # the step of that
     told_at: int = -1  # the last step it told the others
+    headings: dict[int, int] = field(default_factory=dict[int, int])  # as last heard, slow radios
+    action: Action = _STAY  # of this step
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,9 @@ class PotentialImproved:
     two different times, here both are those of the step in which a point is seen, and the others'
     are the predicted ones of both steps, as in (18) and as the text around it asks for. A predicted
     robot stops at an obstacle that is known. A robot that turns at an obstacle predicts as well.
+
+    Where radios are slow or lose messages it goes by what it last heard of those in touch, and
+    points whose message was lost stay undiscovered in its sets.
     """
 
     epsilon: float = 0.1
@@ -106,25 +114,37 @@ class PotentialImproved:
         inbox: Sequence[Message],
         rng: np.random.Generator,
     ) -> tuple[ImprovedMemory, Action, Sequence[Message]]:
-        if memory.told_at < view.step:
+        begins = memory.told_at < view.step
+        said: list[Message] = []
+        if begins:
             memory.told_at = view.step
             tidings = _update_own_set(memory, view)
-            near = np.flatnonzero(view.heard_step == view.step).tolist()
+            near = np.flatnonzero(view.in_touch).tolist()
             near.remove(view.robot)
-            if near:
+            said = [Message(view.robot, other, view.time_s, tidings) for other in near]
+            if near and view.prompt:
                 # Each of them tells in this step too, so the decision waits for that.
-                said = [Message(view.robot, other, view.time_s, tidings) for other in near]
-                return memory, Action(), said
-        return memory, self._decide(memory, view, inbox, rng), ()
+                return memory, _STAY, said
+        headings = _update_other_sets(memory.state, inbox)
+        if not view.prompt:
+            memory.headings.update(headings)
+            if not begins:
+                return memory, memory.action, ()
+            headings = {
+                other: heading
+                for other, heading in sorted(memory.headings.items())
+                if view.in_touch[other]
+            }
+        memory.action = self._decide(memory, view, headings, rng)
+        return memory, memory.action, said
 
     def _decide(
         self,
         memory: ImprovedMemory,
         view: TeamView,
-        inbox: Sequence[Message],
+        headings: dict[int, int],
         rng: np.random.Generator,
     ) -> Action:
-        headings = _update_other_sets(memory.state, inbox)
         if second_step(memory, view):
             return forward(view)
         turn = 0

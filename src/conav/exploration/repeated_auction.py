@@ -4,7 +4,8 @@ Rules of this file:
 - Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER`. A message
   that has no row, or does not belong to the auction at hand, changes nothing.
 - An auction is over within a step: task ended -> call -> bids -> awards, four message rounds at
-  most. A step that begins finds every robot at the head of its table.
+  most. A step that begins finds every robot at the head of its table. Where messages take time each
+  round takes that; a robot goes back to the head when what it waits for is overdue.
 """
 
 from collections.abc import Sequence
@@ -16,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.belief import TARGET
-from conav.exploration.frontier_targets import Targets, find_targets, path_costs
+from conav.exploration.frontier_targets import find_pieces, path_costs
 from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
+from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
-from conav.geometry.grid_search import path_to, search, search_space
+from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
 from conav.messages.message import Message
 
 # --- what is said ---------------------------------------------------------------------------------
@@ -115,15 +117,20 @@ AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
 # --- the strategy ---------------------------------------------------------------------------------
 
 
-def task_cells(targets: Targets) -> NDArray[np.int64]:
+def task_cells(
+    cells: NDArray[np.int64],
+    piece: NDArray[np.int64],
+    n_pieces: int,
+    nearest: NDArray[np.float64],
+) -> NDArray[np.int64]:
     """The tasks: of every piece of frontier the cell nearest to any robot, in the pieces' order.
 
-    Ties go to the lower cell; a piece nobody can reach is no task.
+    `cells`, `piece` and `n_pieces` are those of `find_pieces`; `nearest` (n_cells,) is the path
+    length from the nearest robot. Ties go to the lower cell; a piece nobody can reach is no task.
     """
-    nearest = targets.costs.min(axis=0)
-    order = np.lexsort((targets.cells, nearest, targets.piece))
-    order = order[np.searchsorted(targets.piece[order], np.arange(targets.n_pieces))]
-    return targets.cells[order[np.isfinite(nearest[order])]]
+    order = np.lexsort((cells, nearest, piece))
+    order = order[np.searchsorted(piece[order], np.arange(n_pieces))]
+    return cells[order[np.isfinite(nearest[order])]]
 
 
 @dataclass
@@ -135,6 +142,8 @@ class AuctionMemory:
     idle: bool = False  # others won all it could do; waits for the next auction
     company: tuple[int, ...] = ()  # whom it heard when it became idle
     until_s: float = 0.0  # [s] stands still until then
+    stands: Standstill = field(default_factory=Standstill)
+    stuck: bool = False  # cannot drive; bids for nothing
     began: int = -1  # the last step it began
     bidder: Bidder = Bidder.AT_WORK
     answered: Call = NO_CALL  # the call it bid on last, or its own
@@ -151,15 +160,21 @@ class RepeatedAuction:
     A task is a cell of a piece of frontier. Tasks are sold one by one in first-price reverse
     auctions; a bid is the path cost from the end of what a robot has won already. A robot carries
     out the first task it won. When any task is completed, delayed (the robot was pushed off its
-    path) or failed, all tasks not yet completed are put up for bids again.
+    path) or failed (it has not got on for long), all tasks not yet completed are put up for bids
+    again.
     """
 
     auction_wait_s: float = 0.0
     """How long the robots of an auction stand still for it [s]; 0 or more."""
+    give_up_s: float = 60.0
+    """A task has failed when its robot has not got on for this long [s]; until it moves again it
+    wins nothing."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.auction_wait_s < inf:
             raise ValueError(f"auction_wait_s is {self.auction_wait_s:g}; give 0 or more")
+        if not 0.0 < self.give_up_s < inf:
+            raise ValueError(f"give_up_s is {self.give_up_s:g}; give more than 0")
 
     def start(self, view: TeamView, rng: np.random.Generator) -> AuctionMemory:
         return AuctionMemory()
@@ -174,9 +189,9 @@ class RepeatedAuction:
         said: list[Message] = []
         if memory.began < view.step:
             memory.began = view.step
-            memory.bidder = Bidder.AT_WORK
-            memory.auctioneer = Auctioneer.READY
-            if not _waits(memory, view) and _task_ended(memory, view):
+            _reset(memory, view)
+            failed = self._fails(memory, view)
+            if not _waits(memory, view) and (failed or _task_ended(memory, view)):
                 said += _ask(memory, view)
         for message in inbox:
             body = message.body
@@ -188,6 +203,13 @@ class RepeatedAuction:
                 self._begin(memory, view, body.tasks)
         said += self._close(memory, view, inbox)
         return memory, _action(memory, view), said
+
+    def _fails(self, memory: AuctionMemory, view: TeamView) -> bool:
+        """Whether the robot finds now that it cannot get on with its task."""
+        drives = not memory.idle and memory.drive.goal >= 0 and not _waits(memory, view)
+        was_stuck = memory.stuck
+        memory.stuck = memory.stands.time_s(view, drives) >= self.give_up_s
+        return memory.stuck and not was_stuck
 
     def _close(
         self, memory: AuctionMemory, view: TeamView, inbox: Sequence[Message]
@@ -204,6 +226,8 @@ class RepeatedAuction:
         memory.auctioneer = following
         mine = _lowest_heard(view) == view.robot
         if mine:
+            if view.delay_steps:
+                _set_costs(memory, view, memory.call)  # it has moved since
             offers[view.robot] = memory.costs
         bidders = sorted(offers)
         lists = _sell(memory.call.tasks, [offers[robot] for robot in bidders], view)
@@ -220,6 +244,21 @@ class RepeatedAuction:
         """Begin with what was won in an auction with others."""
         memory.until_s = view.time_s + self.auction_wait_s
         _begin(memory, view, tasks)
+
+
+def _reset(memory: AuctionMemory, view: TeamView) -> None:
+    """Back to the head of the tables, unless an answer may still come."""
+    delay = view.delay_steps
+    awaits_award = (
+        memory.bidder is Bidder.BIDDING and view.step <= memory.answered.auction + 3 * delay
+    )
+    if not (delay and awaits_award):
+        memory.bidder = Bidder.AT_WORK
+    awaits_bids = (
+        memory.auctioneer is Auctioneer.OPEN and view.step <= memory.call.auction + 2 * delay
+    )
+    if not (delay and awaits_bids):
+        memory.auctioneer = Auctioneer.READY
 
 
 def _task_ended(memory: AuctionMemory, view: TeamView) -> bool:
@@ -241,7 +280,10 @@ def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
     auctioneer = _lowest_heard(view)
     if auctioneer == view.robot:
         return _open(memory, view)
-    memory.bidder = BIDDER[memory.bidder, Ended]
+    following = BIDDER.get((memory.bidder, Ended))
+    if following is None:  # an award is under way
+        return []
+    memory.bidder = following
     return [Message(view.robot, auctioneer, view.time_s, Ended())]
 
 
@@ -252,7 +294,10 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
         return []
     memory.auctioneer = following
     heard = _heard(view)
-    tasks = tuple(task_cells(find_targets(view, view.heard_cell[list(heard)])).tolist())
+    cells, piece, n_pieces = find_pieces(view)
+    distance = field_buffer(view.belief.moves.size)
+    fill_distances(view.belief.ground, view.heard_cell[list(heard)].astype(np.int64), distance)
+    tasks = tuple(task_cells(cells, piece, n_pieces, distance[cells]).tolist())
     memory.call = Call(view.step, tasks)
     if _lowest_heard(view) == view.robot:
         _set_costs(memory, view, memory.call)
@@ -265,10 +310,12 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
 
 
 def _bid(memory: AuctionMemory, view: TeamView, sender: int, call: Call) -> list[Message]:
-    """The answer to a call by its auctioneer for an auction of this step."""
+    """The answer to a call by its auctioneer for an auction that began when it was sent."""
     following = BIDDER.get((memory.bidder, Call))
     size = view.lattice.rows * view.lattice.cols
-    legal = sender == _lowest_heard(view) != view.robot and call.auction == view.step
+    legal = (
+        sender == _lowest_heard(view) != view.robot and call.auction == view.step - view.delay_steps
+    )
     if following is None or not legal or not all(0 <= task < size for task in call.tasks):
         return []
     memory.bidder = following
@@ -280,7 +327,8 @@ def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
     tasks = np.array(call.tasks, dtype=np.int64)
     here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    memory.costs = tuple(path_costs(view.belief, here, tasks)[0].tolist())
+    costs = path_costs(view.belief, here, tasks)[0]
+    memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
 
 
 def _takes(memory: AuctionMemory, view: TeamView, sender: int, award: Award) -> bool:
@@ -328,13 +376,11 @@ def _begin(memory: AuctionMemory, view: TeamView, tasks: tuple[int, ...]) -> Non
         if not keeps_goal(drive, view):
             choose_nearest(drive, view)
     elif tasks[0] != drive.goal or not keeps_goal(drive, view):
-        wanted = np.zeros_like(view.belief.marks)
-        wanted.reshape(-1)[tasks[0]] = 1
-        space = search_space(view.belief.moves.size)
-        if search(view.belief.moves, view.cell, wanted, 1, space) == tasks[0] != view.cell:
+        path, left = shortest_path(view.belief.ground, view.cell, tasks[0])
+        if left > 0:
             drive.goal, drive.looks_for, drive.beside = tasks[0], -1, False
             drive.here = view.cell
-            drive.path, drive.left = path_to(space, view.lattice.cols, tasks[0])
+            drive.path, drive.left = path, left
         else:  # a task it did not bid for in earnest
             choose_nearest(drive, view)
 
@@ -358,9 +404,9 @@ def _any_target(view: TeamView) -> bool:
 
 def _heard(view: TeamView) -> tuple[int, ...]:
     """The robots it hears now, itself included, ascending."""
-    return tuple(np.flatnonzero(view.heard_step == view.step).tolist())
+    return tuple(np.flatnonzero(view.in_touch).tolist())
 
 
 def _lowest_heard(view: TeamView) -> int:
     """The number of its auctioneer."""
-    return int(np.argmax(view.heard_step == view.step))
+    return int(np.argmax(view.in_touch))

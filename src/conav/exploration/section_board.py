@@ -11,9 +11,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
-
 
 class Status(StrEnum):
     """The status q_j of a section."""
@@ -200,17 +197,15 @@ class Board:
                 self.changes += 1
         return self.changes != before
 
-    def silent(
-        self, heard_step: Sequence[int] | NDArray[np.int32], step: int, limit: float, robot: int
-    ) -> list[int]:
-        """Robots with a section that `robot` has not heard of for more than `limit` steps.
+    def silent(self, stirred: Sequence[int], step: int, limit: float, robot: int) -> list[int]:
+        """Robots with a section that `robot` has no sign of for more than `limit` steps.
 
-        Neither from them nor, by way of their entry here, from others.
+        `stirred` is the step each was last heard to have moved; an entry about it is a sign too.
         """
         return [
             other
             for other, claim in self.claims.items()
-            if other != robot and step - max(int(heard_step[other]), claim.step) > limit
+            if other != robot and step - max(stirred[other], claim.step) > limit
         ]
 
     def held(self, silent: Iterable[int] = ()) -> list[Claim]:

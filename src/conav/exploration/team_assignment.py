@@ -11,15 +11,21 @@ alone would.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.frontier_targets import Targets, find_targets
-from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.nearest import (
+    NearestMemory,
+    choose_nearest,
+    drive_on,
+    drive_to,
+    keeps_goal,
+)
 from conav.exploration.types import Action, TeamView
-from conav.geometry.grid_search import path_to, search, search_space
 from conav.messages.message import Message
 
 
@@ -82,13 +88,16 @@ def team_step(
 ) -> tuple[TeamMemory, Action, Sequence[Message]]:
     """A step of a strategy that is nothing but a rule of assignment."""
 
-    def plan(view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]) -> list[Order]:
-        targets = find_targets(view, positions)
-        if len(targets.cells) == 0:
-            return [Order(-1)] * len(robots)
-        return [Order(int(goal)) for goal in assign(targets, view, robots, positions)]
+    return planned_step(memory, view, inbox, partial(_plan_targets, assign))
 
-    return planned_step(memory, view, inbox, plan)
+
+def _plan_targets(
+    assign: Assign, view: TeamView, robots: Sequence[int], positions: NDArray[np.int32]
+) -> list[Order]:
+    targets = find_targets(view, positions)
+    if len(targets.cells) == 0:
+        return [Order(-1)] * len(robots)
+    return [Order(int(goal)) for goal in assign(targets, view, robots, positions)]
 
 
 def planned_step(
@@ -101,7 +110,7 @@ def planned_step(
     if memory.began < view.step:
         memory.began = view.step
         if not keeps_goal(memory.drive, view):
-            near = np.flatnonzero(view.heard_step == view.step)
+            near = np.flatnonzero(view.in_touch)
             leader = int(near.min())
             if leader == view.robot:
                 said += _lead(memory, view, asking, plan)
@@ -110,21 +119,18 @@ def planned_step(
                 # Until it is told it goes where it would go alone.
                 choose_nearest(memory.drive, view)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
-    elif asking and memory.assigned < view.step:
+    if asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)
     for order in orders:
         _follow(memory, view, order)
-    drive = memory.drive
-    if drive.goal < 0:
-        return memory, Action(finished=True), said
-    return memory, Action(int(drive.path[drive.left - 1]), drive.goal), said
+    return memory, drive_on(memory.drive), said
 
 
 def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan) -> list[Message]:
     """The orders to the others; takes its own."""
     memory.assigned = view.step
     memory.assignments += 1
-    near = np.flatnonzero(view.heard_step == view.step)
+    near = np.flatnonzero(view.in_touch)
     orders = plan(view, near.tolist(), view.heard_cell[near])
     lowest = int(near.min()) == view.robot
     said: list[Message] = []
@@ -140,18 +146,7 @@ def _lead(memory: TeamMemory, view: TeamView, asking: Sequence[int], plan: Plan)
 def _follow(memory: TeamMemory, view: TeamView, order: Order) -> None:
     """Drive to a goal; without one, or where it cannot be reached, to the nearest."""
     drive = memory.drive
-    goal = order.goal
-    if goal == drive.goal and keeps_goal(drive, view):
+    if order.goal == drive.goal and keeps_goal(drive, view):
         return
-    if goal >= 0:
-        space = search_space(view.belief.moves.size)
-        wanted = np.zeros_like(view.belief.marks)
-        wanted.reshape(-1)[goal] = 1
-        if goal != view.cell and search(view.belief.moves, view.cell, wanted, 1, space) == goal:
-            drive.goal = goal
-            drive.looks_for = order.looks_for
-            drive.beside = False
-            drive.here = view.cell
-            drive.path, drive.left = path_to(space, view.lattice.cols, goal)
-            return
-    choose_nearest(drive, view)
+    if not drive_to(drive, view, order.goal, order.looks_for):
+        choose_nearest(drive, view)

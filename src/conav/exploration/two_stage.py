@@ -65,7 +65,7 @@ class TwoStage:
     auction_wait_s: float = 5.0
     """How long robots stand still in an auction period [s]."""
     silence_s: float = 120.0
-    """A section awarded to a robot not heard for longer than this is free again [s]."""
+    """A section awarded to a robot not heard, or not seen to move, for longer is free again [s]."""
 
     def __post_init__(self) -> None:
         for name in ("cluster_m", "probe_m", "task_width_m"):
@@ -98,6 +98,7 @@ def _take(turn: Turn, inbox: Sequence[Message]) -> None:
     begins = memory.began < turn.view.step
     memory.began = turn.view.step
     if begins:
+        turn.watch()
         turn.greet()
         if memory.phase is Phase.VOTE and memory.candidate >= 0:
             elect(turn)  # with the votes that arrived

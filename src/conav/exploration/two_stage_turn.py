@@ -36,6 +36,8 @@ class TwoStageMemory:
     board: Board | None = None
     early: list[News] = field(default_factory=list[News])  # news from before it had a board
     contacts: frozenset[int] = frozenset()  # whom it heard in the last step
+    places: tuple[int, ...] = ()  # where it last heard each robot
+    stirred: list[int] = field(default_factory=list[int])  # the step each was first heard there
     rectangle: Rectangle | None = None
     looked_leg: int = -1
     path: Path = field(default_factory=Path)
@@ -67,7 +69,7 @@ class Turn:
 
     def __post_init__(self) -> None:
         view = self.view
-        self.near: list[int] = np.flatnonzero(view.heard_step == view.step).tolist()
+        self.near: list[int] = np.flatnonzero(view.in_touch).tolist()
         self.others = [robot for robot in self.near if robot != view.robot]
         self.half = half_footprint(view.body.sensor.range_m, view.lattice)
         self.footprint_m = 2.0 * view.body.sensor.range_m
@@ -82,6 +84,20 @@ class Turn:
     def go(self, event: str) -> None:
         """Change to the phase that follows the event."""
         self.memory.phase = FLOW[self.memory.phase, event]
+
+    def watch(self) -> None:
+        """Note who moved. The dead are not heard; one that stalled is, and gets nowhere."""
+        memory, view = self.memory, self.view
+        places = tuple(view.heard_cell.tolist())
+        if places == memory.places:
+            return
+        if not memory.places:
+            memory.stirred = [-1] * len(places)
+        else:
+            for robot, (before, now) in enumerate(zip(memory.places, places, strict=True)):
+                if before != now:
+                    memory.stirred[robot] = int(view.heard_step[robot])
+        memory.places = places
 
     def move(self, k: int) -> Action:
         """The action of a move in a direction."""
@@ -130,7 +146,7 @@ class Turn:
         """The sections that are somebody's who is heard of."""
         view = self.view
         limit = self.settings.silence_s * view.step / view.time_s if view.step else 0.0
-        return self.board.held(self.board.silent(view.heard_step, view.step, limit, view.robot))
+        return self.board.held(self.board.silent(self.memory.stirred, view.step, limit, view.robot))
 
     def offer(self, robots: int) -> list[Section]:
         """The sections so many free robots may bid for."""

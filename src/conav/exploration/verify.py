@@ -7,6 +7,7 @@ docs/verify.md.
 from dataclasses import dataclass
 from typing import Any
 
+from conav.exploration.verify_faults import check_faults, conditions
 from conav.exploration.verify_knowledge import check_knowledge
 from conav.exploration.verify_metrics import check_ending, check_metrics, observable_cells
 from conav.exploration.verify_motion import (
@@ -26,6 +27,7 @@ CHECKS = (
     "speed",
     "headings",
     "collisions",
+    "faults",
     "sight and knowledge",
     "radio",
     "messages",
@@ -98,14 +100,17 @@ def verify_exploration(run: Run) -> VerificationReport:
         return _report(run, (checks["form"],))
     moves = Moves(world)
     check_walls(run, world, checks["walls"], moves)
-    check_speed(run, world, checks["speed"], moves)
+    found = conditions(run, world)
+    check_faults(run, world, found, checks["faults"])
+    check_speed(run, world, found, checks["speed"], moves)
     check_headings(run, world, checks["headings"])
-    check_collisions(run, world, checks["collisions"])
+    check_collisions(run, world, found, checks["collisions"])
     observable = observable_cells(world)
     total = int(observable.sum())
     seen = check_knowledge(
         run,
         world,
+        found,
         observable,
         checks["sight and knowledge"],
         checks["radio"],
@@ -113,7 +118,7 @@ def verify_exploration(run: Run) -> VerificationReport:
     )
     if run.steps:
         check_metrics(run, world, total, seen, checks["metrics"])
-        check_ending(run, world, total, seen, checks["ending"])
+        check_ending(run, world, found, total, seen, checks["ending"])
     return _report(run, tuple(checks.values()))
 
 

@@ -10,11 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
-from conav.exploration.verify_world import Check, World
-from conav.messages.message import HEADER_BYTES, report_bytes, scan_bytes
+from conav.exploration.verify_faults import DEAD
+from conav.exploration.verify_radio import (
+    Air,
+    Links,
+    SlowAir,
+    all_to_all,
+    check_silence,
+    compare_told,
+    count_traffic,
+)
+from conav.exploration.verify_world import Check, Knowledge, World
 from conav.runs.types import Run, StepRecord
-
-MAX_ROUNDS = 32  # of transfers within one step
 
 
 class Seen(NamedTuple):
@@ -25,30 +32,10 @@ class Seen(NamedTuple):
     discovered: NDArray[np.int64]  # (n,) new to each robot when it saw it
 
 
-class Knowledge:
-    """A bit per robot and fine cell; robots with a perfect radio share one."""
-
-    def __init__(self, shape: tuple[int, ...], n: int) -> None:
-        self._bits = np.zeros(((n + 7) // 8, *shape), dtype=np.uint8)
-
-    def of(self, robot: int) -> tuple[NDArray[np.uint8], int]:
-        """The array with the robot's bit, shape (fine rows, fine cols), and the bit."""
-        return self._bits[robot // 8], 1 << (robot % 8)
-
-    def add(self, robot: int, cells: NDArray[np.int64]) -> None:
-        """The robot knows these flat cells from now on."""
-        bits, mark = self.of(robot)
-        bits.reshape(-1)[cells] |= np.uint8(mark)
-
-    def has(self, robot: int, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Whether the robot knows each of these flat cells."""
-        bits, mark = self.of(robot)
-        return (bits.reshape(-1)[cells] & mark) != 0
-
-
 def check_knowledge(
     run: Run,
     world: World,
+    found: NDArray[np.uint8],
     observable: NDArray[np.uint8],
     sight: Check,
     radio: Check,
@@ -59,35 +46,41 @@ def check_knowledge(
     """
     n = world.n
     eyes = _Eyes(world, observable)
-    known = Knowledge(world.walls.shape, 1 if world.perfect_radio else n)
-    owner = [0 if world.perfect_radio else robot for robot in range(n)]
-    air = _Air(n)
+    known = Knowledge(world.walls.shape, 1 if world.all_to_all else n)
+    owner = [0 if world.all_to_all else robot for robot in range(n)]
+    air = Air(n)
+    slow = SlowAir(world, air)
+    links = Links(world)
+    off = np.zeros(n, dtype=np.bool_)  # whose radio its mind switched off for this step
     for number, step in enumerate(run.steps):
-        fresh = [eyes.look(step, robot, known, owner[robot], sight) for robot in range(n)]
+        gone = found[number] >= DEAD
+        fresh = [
+            None if gone[robot] else eyes.look(step, robot, known, owner[robot], sight)
+            for robot in range(n)
+        ]
         for robot, cells in enumerate(fresh):
             if cells is not None:
                 known.add(owner[robot], cells)
-        eyes.close_step()
-        if world.perfect_radio:
-            expected = _all_to_all(n, fresh)
+        silent = off | gone
+        linked = links.at(step, silent)
+        if world.all_to_all:
+            traffic = all_to_all(n, fresh)
+        elif world.slow:
+            traffic = slow.exchange(step, linked, silent, fresh, known, radio)
         else:
             air.take(fresh)
-            expected = air.exchange(_links(step, world), known)
-        _compare_told(step, expected, radio)
-        messages.looked += 1
-        said = step.said.astype(np.int64).reshape(-1, 3)  # by minds, on top of the exchange
-        count = expected.messages + len(said)
-        size = expected.bytes + int(said[:, 2].sum())
-        if (step.messages, step.bytes) != (count, size):
-            messages.fault(
-                f"step {step.step} counts {step.messages} messages, {step.bytes} bytes; "
-                f"it takes {count} and {size}"
-            )
-        if bool((said[:, :2] >= n).any()) or bool((said[:, 2] < HEADER_BYTES).any()):
-            messages.fault(f"step {step.step} has messages of nobody, to nobody or of no size")
+            traffic = air.exchange(linked, known)
+        eyes.close_step(known if world.mortal else None, found[number] != DEAD)
+        if not world.slow:
+            compare_told(step, traffic, radio)
+        check_silence(step, off, world, radio)
+        off = step.quiet != 0
+        count_traffic(step, traffic, world, messages)
         following = run.steps[number + 1] if number + 1 < len(run.steps) else None
         for robot in range(n):
             _check_use(step, following, world, known, owner[robot], robot, sight)
+    if world.slow:
+        slow.check_counts(run.steps, messages)
     return Seen(eyes.covered, eyes.sensed, eyes.discovered)
 
 
@@ -165,124 +158,13 @@ class _Eyes:
         self._count += len(np.unique(wanted[~self._team[wanted]]))
         self._team[wanted] = True
 
-    def close_step(self) -> None:
-        """Note how much the team has seen."""
-        self.covered.append(self._count)
-
-
-class _Traffic(NamedTuple):
-    """What the radio carries in one step."""
-
-    told: list[tuple[int, int, int, int]]  # receiver, sender, origin, scans of origin then held
-    messages: int
-    bytes: int
-
-
-def _all_to_all(n: int, fresh: list[NDArray[np.int64] | None]) -> _Traffic:
-    """With a perfect radio everybody reports to everybody, its new scan included."""
-    own = sum(scan_bytes(len(cells)) for cells in fresh if cells is not None)
-    return _Traffic([], n * (n - 1), (n - 1) * (n * report_bytes(n) + own))
-
-
-def _links(step: StepRecord, world: World) -> NDArray[np.bool_]:
-    """Who hears whom, shape (n, n): both radios reach as far as they are apart."""
-    place = world.places(step.cells)
-    square = ((place[:, None] - place[None, :]) ** 2).sum(axis=2)
-    reach = np.array([np.inf if limit is None else limit for limit in world.radio])
-    reach = np.minimum(reach[:, None], reach[None, :])
-    linked = (square <= reach**2) & (reach > 0)
-    np.fill_diagonal(linked, False)
-    return linked
-
-
-class _Air:
-    """Scans as they spread. `held[i, r]` of robot r's scans, the first ones, are with robot i."""
-
-    def __init__(self, n: int) -> None:
-        self.n = n
-        self.held = np.zeros((n, n), dtype=np.int64)
-        self.scans: list[list[NDArray[np.int64]]] = [[] for _ in range(n)]
-        self.sizes: list[list[int]] = [[0] for _ in range(n)]  # bytes of the first k scans
-
-    def take(self, fresh: list[NDArray[np.int64] | None]) -> None:
-        """Every robot holds its own new scan."""
-        for robot, cells in enumerate(fresh):
-            if cells is not None:
-                self.scans[robot].append(cells)
-                self.sizes[robot].append(self.sizes[robot][-1] + scan_bytes(len(cells)))
-                self.held[robot, robot] += 1
-
-    def exchange(self, linked: NDArray[np.bool_], known: Knowledge) -> _Traffic:
-        """What is told in this step; brings what is held and known up to date.
-
-        Everybody reports to everybody it hears. Then, round by round, each robot gets what it lacks
-        from the neighbour that holds most, the lower number first, and reports what it got to the
-        neighbours that, as far as it can tell, lack it.
-        """
-        near = [np.flatnonzero(row) for row in linked]
-        report = report_bytes(self.n)
-        before = self.held.copy()
-        messages = int(linked.sum())
-        size = messages * report
-        told: list[tuple[int, int, int, int]] = []
-        believed: dict[tuple[int, int], NDArray[np.int64]] = {}  # (who believes, of whom)
-        for _ in range(MAX_ROUNDS):
-            got = self._round(near)
-            if not got:
-                break
-            told.extend(got)
-            pairs = {(receiver, sender) for receiver, sender, _, _ in got}
-            messages += len(pairs)
-            size += report * len(pairs)
-            for receiver, sender, origin, upto in got:
-                since = int(self.held[receiver, origin])
-                size += self.sizes[origin][upto] - self.sizes[origin][since]
-                for cells in self.scans[origin][since:upto]:
-                    known.add(receiver, cells)
-                self.held[receiver, origin] = upto
-                belief = believed.setdefault((sender, receiver), before[receiver].copy())
-                belief[origin] = upto
-            for sender in sorted({receiver for receiver, _, _, _ in got}):
-                for receiver in map(int, near[sender]):
-                    belief = believed.get((sender, receiver), before[receiver])
-                    if (self.held[sender] > belief).any():
-                        messages += 1
-                        size += report
-                    believed[receiver, sender] = self.held[sender].copy()
-        return _Traffic(told, messages, size)
-
-    def _round(self, near: list[NDArray[np.intp]]) -> list[tuple[int, int, int, int]]:
-        """The transfers of one round: all that robots lack of what their neighbours hold."""
-        got: list[tuple[int, int, int, int]] = []
-        for receiver, around in enumerate(near):
-            if len(around) == 0:
-                continue
-            offers = self.held[around]
-            most = offers.max(axis=0)
-            for origin in map(int, np.flatnonzero(most > self.held[receiver])):
-                sender = int(around[np.argmax(offers[:, origin])])
-                got.append((receiver, sender, origin, int(most[origin])))
-        return got
-
-
-def _compare_told(step: StepRecord, expected: _Traffic, check: Check) -> None:
-    """The transfers of a step are those the radio makes, in their order."""
-    check.looked += 1
-    said = [tuple(map(int, row)) for row in step.told.reshape(-1, 4)]
-    if said == expected.told:
-        return
-    right, claimed = set(expected.told), set(said)
-    for receiver, sender, origin, upto in (row for row in said if row not in right):
-        check.fault(
-            f"at step {step.step} robot {sender} tells {receiver} the first {upto} scans of "
-            f"{origin}, which it cannot or need not"
-        )
-    for receiver, _, origin, _ in (row for row in expected.told if row not in claimed):
-        check.fault(
-            f"at step {step.step} robot {receiver} is not told of {origin}'s scans it could hear of"
-        )
-    if right == claimed:
-        check.fault(f"at step {step.step} transfers are doubled or out of order")
+    def close_step(self, known: Knowledge | None, alive: NDArray[np.bool_]) -> None:
+        """Note how much the team has seen: where robots die, what those alive know."""
+        if known is None:
+            self.covered.append(self._count)
+            return
+        held = known.anybody(np.flatnonzero(alive).tolist()).reshape(-1)
+        self.covered.append(int((held & (self.observable.reshape(-1) == 1)).sum()))
 
 
 def _check_use(

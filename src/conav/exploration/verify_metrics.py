@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
+from conav.exploration.verify_faults import ABSENT, DEAD
 from conav.exploration.verify_knowledge import Seen
 from conav.exploration.verify_world import Check, World
 from conav.runs.types import Run
@@ -55,7 +56,9 @@ def check_metrics(run: Run, world: World, total: int, seen: Seen, check: Check) 
             check.fault(f"the result says {key} {claim}; the events say {value}")
 
 
-def check_ending(run: Run, world: World, total: int, seen: Seen, check: Check) -> None:
+def check_ending(
+    run: Run, world: World, found: NDArray[np.uint8], total: int, seen: Seen, check: Check
+) -> None:
     """The run went on for as long as it had to, and its status says why it ended."""
     covered = seen.covered
     last = len(covered) - 1
@@ -71,7 +74,10 @@ def check_ending(run: Run, world: World, total: int, seen: Seen, check: Check) -
     interrupted = run.result.get("interrupted")
     if not isinstance(interrupted, bool):
         check.fault("the result does not say whether the run was interrupted")
-    allowed = {_status(run, world, covered[-1] == total), *(("out_of_budget",) * bool(interrupted))}
+    allowed = {
+        _status(run, world, found, covered[-1] == total),
+        *(("out_of_budget",) * bool(interrupted)),
+    }
     if said not in allowed:
         check.fault(
             f"the result says {said} with {covered[-1]} of {total} cells seen in {last} steps; "
@@ -79,21 +85,39 @@ def check_ending(run: Run, world: World, total: int, seen: Seen, check: Check) -
         )
 
 
-def _status(run: Run, world: World, everything: bool) -> str:
+def _status(run: Run, world: World, found: NDArray[np.uint8], everything: bool) -> str:
     """How a run that was not interrupted ends after these steps."""
     if everything:
         return "done"
-    if bool(run.steps[-1].finished.all()) or _stands_still(run):
+    if _is_over(run, world, found[-1]) or _stands_still(run, world, found):
         return "stuck"
     return "out_of_budget" if len(run.steps) - 1 >= world.steps_allowed else "unfinished"
 
 
-def _stands_still(run: Run) -> bool:
-    """Whether nobody has moved for as long as a run waits."""
+def _is_over(run: Run, world: World, now: NDArray[np.uint8]) -> bool:
+    """Whether those that live are done, and nobody is to come."""
+    if (now == DEAD).all():
+        return True
+    step = run.steps[-1]
+    last = len(run.steps) - 1 >= world.steps_allowed
+    if world.delay and last and len(step.said):
+        return False  # a message under way might have changed somebody's mind
+    return bool((now != ABSENT).all()) and bool(step.finished[now != DEAD].all())
+
+
+def _stands_still(run: Run, world: World, found: NDArray[np.uint8]) -> bool:
+    """Whether nobody has moved, or was to move again, for as long as a run waits."""
     if len(run.steps) <= STILL_STEPS:
         return False
     cells = run.steps[-1].cells
-    return all(np.array_equal(step.cells, cells) for step in run.steps[-1 - STILL_STEPS :])
+    if not all(np.array_equal(step.cells, cells) for step in run.steps[-1 - STILL_STEPS :]):
+        return False
+    begin = len(run.steps) - STILL_STEPS  # of the first of these steps without a move
+    for fault in world.faults:
+        when = fault.at if fault.kind == "joins" else fault.until
+        if when is not None and begin < when and found[begin - 1, fault.robot] != DEAD:
+            return False
+    return True
 
 
 def _metrics(run: Run, world: World, total: int, seen: Seen) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
 from conav.exploration.verify_world import STEPS, Check, World
@@ -77,6 +78,8 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
         step.wishes,
         step.goals,
         step.finished,
+        step.quiet,
+        step.condition,
     )
     return (
         all(len(part) == n for part in per_robot)
@@ -90,6 +93,8 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
         and bool((step.headings < 4).all())
         and bool((step.looked < 2).all())
         and bool((step.finished < 2).all())
+        and bool((step.quiet < 2).all())
+        and bool((step.condition < 4).all())
         and all(bool((step.scan(robot)[0] < world.walls.size).all()) for robot in range(n))
     )
 
@@ -105,8 +110,10 @@ def check_walls(run: Run, world: World, check: Check, moves: Moves) -> None:
                 check.fault(f"robot {robot} drives into a wall or leaps before step {number}")
 
 
-def check_speed(run: Run, world: World, check: Check, moves: Moves) -> None:
-    """Every move was paid for: a robot earns its speed each step.
+def check_speed(
+    run: Run, world: World, found: NDArray[np.uint8], check: Check, moves: Moves
+) -> None:
+    """Every move was paid for: a robot that can drive earns its speed each step.
 
     It saves up while it waits for the move it asks for; one that just stands keeps no more than a
     slow robot lacks for a straight move.
@@ -116,6 +123,9 @@ def check_speed(run: Run, world: World, check: Check, moves: Moves) -> None:
         credit = 0.0
         for number, (now, then) in enumerate(pairwise(run.steps)):
             check.looked += 1
+            if found[number, robot]:
+                credit = 0.0
+                continue
             a, b = int(now.cells[robot]), int(then.cells[robot])
             dr, dc = world.change(a, b)
             credit += rate
@@ -149,8 +159,8 @@ def check_headings(run: Run, world: World, check: Check) -> None:
                 check.fault(f"robot {robot} faces another way than it drove at step {number}")
 
 
-def check_collisions(run: Run, world: World, check: Check) -> None:
-    """No two robots touch, at a step or between two, unless the problem lets them."""
+def check_collisions(run: Run, world: World, found: NDArray[np.uint8], check: Check) -> None:
+    """No two robots that can drive touch, at a step or between, unless the problem lets them."""
     n = world.n
     if not world.apart or n < 2 or not run.steps:
         return
@@ -158,7 +168,7 @@ def check_collisions(run: Run, world: World, check: Check) -> None:
     gap = np.maximum(reach, MIN_GAP)
     upper = np.triu(np.ones((n, n), dtype=bool), 1)
     last = run.steps[-1]
-    for now, then in (*pairwise(run.steps), (last, last)):
+    for number, (now, then) in enumerate((*pairwise(run.steps), (last, last))):
         check.looked += n * (n - 1) // 2
         a = world.places(now.cells).astype(float)
         drive = world.places(then.cells) - a
@@ -168,6 +178,8 @@ def check_collisions(run: Run, world: World, check: Check) -> None:
         with np.errstate(invalid="ignore", divide="ignore"):
             t = np.where(speed > 0, -(start * change).sum(axis=2) / speed, 0.0)
         nearest = start + np.clip(t, 0.0, 1.0)[:, :, None] * change
-        near = upper & ((nearest**2).sum(axis=2) < gap**2 - 1e-6)
+        drives = found[number] == 0
+        near = upper & drives[:, None] & drives[None, :]
+        near &= (nearest**2).sum(axis=2) < gap**2 - 1e-6
         for i, j in np.argwhere(near):
             check.fault(f"robots {i} and {j} touch after step {now.step}")

@@ -13,26 +13,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.exploration.belief import Belief
-from conav.geometry.grid_search import SearchSpace
-from conav.geometry.sight import (
-    disc_cells,
-    lateral_limits,
-    new_gap_space,
-    sight_buffer_size,
-    visible_cells,
-)
+from conav.exploration.belief import STOOD, Belief
+from conav.exploration.turn_sequences import sight_space
+from conav.geometry.sight import disc_cells, visible_cells
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.maps.planning_grid import Lattice
 from conav.robots.sensor import Sensor
 
 
-@dataclass
-class HopelessCells:
-    """Unknown cells no known place can see, remembered until a new place or way opens."""
+@dataclass(frozen=True, eq=False)
+class Viewpoints:
+    """Places not scanned from that may see an unknown cell beside a frontier.
 
-    opened: tuple[int, int] = (-1, -1)  # places and ways known then
-    flags: NDArray[np.uint8] | None = None  # (fine rows, fine cols)
+    It is the same for all robots that share a belief, and kept with it.
+    """
+
+    places: NDArray[np.int64]  # (n,) flat planning cells, each once
+    hidden: NDArray[np.int64]  # (n,) the lowest unknown fine cell that each may see
+    changes: tuple[int, int]  # of the belief when it was made
+    opened: tuple[int, int]  # places and ways known then
+    hopeless: NDArray[np.uint8]  # (fine rows, fine cols) 1 for what no place known then may see
 
 
 def beside_frontier(belief: Belief) -> NDArray[np.uint8]:
@@ -50,41 +50,62 @@ def beside_frontier(belief: Belief) -> NDArray[np.uint8]:
 
 
 def nearest_viewpoint(
-    belief: Belief,
-    lattice: Lattice,
-    sensor: Sensor,
-    reached: SearchSpace,
-    hopeless: HopelessCells,
+    belief: Belief, lattice: Lattice, sensor: Sensor, distance: NDArray[np.float64]
 ) -> tuple[int, int]:
-    """The nearest reached planning cell that might see an unknown cell beside a frontier, and that
-    unknown cell (flat fine index); -1, -1 when there is none.
+    """The nearest planning cell that might see an unknown cell beside a frontier, and the lowest
+    such unknown cell (flat fine index); -1, -1 when there is none.
 
-    `reached` holds the last search from the robot over everything it can reach.
+    `distance` (planning cells,) are path lengths from the robot, inf where it cannot go. Ties go to
+    the lower place. Where the robot is it has looked already.
     """
-    if hopeless.flags is None or hopeless.opened != (belief.opened, belief.ways):
-        hopeless.opened = (belief.opened, belief.ways)
-        hopeless.flags = np.zeros(belief.cells.shape, dtype=np.uint8)
-    reach = min(sensor.range_m / lattice.resolution, sum(belief.cells.shape))
-    limits = lateral_limits(reach)
+    views = viewpoints(belief, lattice, sensor)
+    lengths = distance[views.places]
+    nearest = float(lengths.min(initial=np.inf))
+    if nearest == np.inf:
+        return -1, -1
+    best = np.flatnonzero(lengths == nearest)
+    first = best[np.argmin(views.places[best])]
+    return int(views.places[first]), int(views.hidden[first])
+
+
+def viewpoints(belief: Belief, lattice: Lattice, sensor: Sensor) -> Viewpoints:
+    """The viewpoints of a belief, those without any known move left out."""
+    key = f"viewpoints {sensor.range_m!r} {sensor.occlusion}"
+    before: Viewpoints | None = belief.derived.get(key)
+    changes = (int(belief.changes.sum()), belief.ways)
+    if before is not None and before.changes == changes:
+        return before
+    opened = (belief.opened, belief.ways)
+    # What nothing could see before is looked at again only when a new place or way opens.
+    hopeless = np.zeros(belief.cells.shape, dtype=np.uint8)
+    if before is not None and before.opened == opened:
+        hopeless = before.hopeless
+    space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, belief.cells.shape)
     hidden = unknown_beside_frontier(belief)
-    return _nearest_viewpoint(
+    places = np.empty(belief.marks.size, dtype=np.int64)
+    sees = np.empty(belief.marks.size, dtype=np.int64)
+    count = _find_viewpoints(
         belief.cells,
         hidden,
-        hopeless.flags,
-        sensor.occlusion,
-        limits,
-        belief.stood,
+        hopeless,
+        belief.marks,
+        belief.moves,
         lattice.row_of,
         lattice.col_of,
         lattice.fine_row,
         lattice.fine_col,
         0 if lattice.ratio >= 1 else int(0.5 / lattice.ratio) + 1,
-        reached.stamp,
-        reached.distance,
-        new_gap_space(limits),
-        new_gap_space(limits),
-        np.empty(sight_buffer_size(limits), dtype=np.int32),
+        space.limits,
+        space.occlusion,
+        space.lows,
+        space.highs,
+        space.out,
+        places,
+        sees,
     )
+    found = Viewpoints(places[:count].copy(), sees[:count].copy(), changes, opened, hopeless)
+    belief.derived[key] = found
+    return found
 
 
 def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
@@ -99,30 +120,30 @@ def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
 
 
 @kernel
-def _nearest_viewpoint(
+def _find_viewpoints(
     cells: NDArray[np.uint8],
     hidden: NDArray[np.int64],
     hopeless: NDArray[np.uint8],
-    occlusion: bool,
-    limits: NDArray[np.int32],
-    stood: NDArray[np.uint8],
+    marks: NDArray[np.uint8],
+    moves: NDArray[np.uint8],
     row_of: NDArray[np.int32],
     col_of: NDArray[np.int32],
     fine_row: NDArray[np.int32],
     fine_col: NDArray[np.int32],
     spread: int,
-    stamp: NDArray[np.int32],
-    distance: NDArray[np.float64],
+    limits: NDArray[np.int32],
+    occlusion: bool,
     lows: NDArray[np.float64],
     highs: NDArray[np.float64],
     out: NDArray[np.int32],
-) -> tuple[int, int]:
+    places: NDArray[np.int64],
+    sees: NDArray[np.int64],
+) -> int:
+    """The number of viewpoints written to `places`, and to `sees` the first cell each may see."""
     fine_cols = cells.shape[1]
-    rows, cols = stood.shape
-    now = stamp[rows * cols]
-    best = -1
-    target = -1
-    shortest = np.inf
+    rows, cols = marks.shape
+    taken = np.zeros(marks.shape, dtype=np.uint8)
+    total = 0
     for i in range(hidden.shape[0]):
         r = hidden[i] // fine_cols
         c = hidden[i] % fine_cols
@@ -142,17 +163,19 @@ def _nearest_viewpoint(
                 for pc in range(
                     max(col_of[c2] - spread, 0), min(col_of[c2] + spread, cols - 1) + 1
                 ):
-                    if fine_row[pr] != r2 or fine_col[pc] != c2 or stood[pr, pc] == 1:
+                    if (
+                        fine_row[pr] != r2
+                        or fine_col[pc] != c2
+                        or moves[pr, pc] == 0
+                        or marks[pr, pc] & STOOD
+                    ):
                         continue
-                    cell = pr * cols + pc
-                    if stamp[cell] == now:
-                        found = True
-                        if distance[cell] < shortest or (
-                            distance[cell] == shortest and cell < best
-                        ):
-                            shortest = distance[cell]
-                            best = cell
-                            target = hidden[i]
+                    found = True
+                    if taken[pr, pc] == 0:
+                        taken[pr, pc] = 1
+                        places[total] = pr * cols + pc
+                        sees[total] = hidden[i]
+                        total += 1
         if not found:
             hopeless[r, c] = 1
-    return best, target
+    return total

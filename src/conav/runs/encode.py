@@ -51,6 +51,12 @@ def encode_step(record: StepRecord) -> bytes:
             count,
             record.finished.tobytes(),
             pad,
+            count,
+            record.quiet.tobytes(),
+            pad,
+            count,
+            record.condition.tobytes(),
+            pad,
         )
     )
     # The last number is eight bytes long; a gap before it depends on where this one ends.

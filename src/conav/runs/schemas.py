@@ -22,6 +22,8 @@ uint32[] said
 int8[] wishes
 int32[] goals
 uint8[] finished
+uint8[] quiet
+uint8[] condition
 uint32 messages
 uint64 bytes
 """,
@@ -42,7 +44,7 @@ EVENT_TOPICS = (HEADER_TOPIC, WORLD_TOPIC, STEP_TOPIC, RESULT_TOPIC)
 
 TIMING = "conav_timing"
 """The metadata record with wall times and versions, which are no part of a run's digest."""
-FORMAT = 2
+FORMAT = 3
 """The number of this format in a run's header."""
 
 

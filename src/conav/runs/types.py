@@ -25,6 +25,8 @@ class StepRecord(NamedTuple):
     wishes: NDArray[np.int8]  # (n,) direction asked for, -1 stay
     goals: NDArray[np.int32]  # (n,) planning cell headed for, -1 none
     finished: NDArray[np.uint8]  # (n,) 1: nothing left to do as far as it knows
+    quiet: NDArray[np.uint8]  # (n,) 1: switches its radio off for the next step
+    condition: NDArray[np.uint8]  # (n,) 0 in order, 1 stalled, 2 dead, 3 not there yet
     messages: int  # sent in this step: reports, transfers and what minds said
     bytes: int
 

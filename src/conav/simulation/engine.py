@@ -1,8 +1,9 @@
 """One step of the world: sense, exchange, decide, move, all robots at once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter_ns
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,14 @@ from conav.exploration.belief import new_scratch
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
 from conav.messages.message import Message
+from conav.simulation.conditions import recount, update_conditions
 from conav.simulation.no_traffic import pass_through
-from conav.simulation.radio_network import MAX_ROUNDS, Told, exchange, links
+from conav.simulation.radio_network import MAX_ROUNDS, exchange, links
 from conav.simulation.sensing import Looker, look
+from conav.simulation.slow_network import SPEECH, is_lost
+from conav.simulation.told import Told
 from conav.simulation.traffic import resolve
-from conav.simulation.world_state import Scan, WorldState
+from conav.simulation.world_state import ABSENT, ACTIVE, DEAD, Scan, WorldState
 
 
 class StepEvents(NamedTuple):
@@ -30,6 +34,7 @@ class StepEvents(NamedTuple):
     actions: list[Action]  # per robot
     messages: int
     bytes: int
+    condition: NDArray[np.uint8]  # (n,)
 
 
 @dataclass(eq=False)
@@ -45,12 +50,20 @@ class Engine:
     ways: NDArray[np.uint8]
     outcome: NDArray[np.uint8]
     heard_of: WorldState | None = None
-    heard: tuple[list[NDArray[np.int32]], ...] = ()
+    heard: tuple[list[NDArray[Any]], ...] = ()
 
     def sense_and_decide(self, state: WorldState, decision_ns: list[int]) -> StepEvents:
         """Everything of a step up to the actions; nobody has moved yet."""
+        died = False
+        if state.problem.breakable:
+            dead = np.count_nonzero(state.condition == DEAD)
+            update_conditions(state, self.gap)
+            died = np.count_nonzero(state.condition == DEAD) > dead
         fresh = self._sense(state)
         outcome = exchange(state, fresh, self.scratch)
+        # What only the dead knew does not count, unless it was under way to somebody.
+        if died or (outcome.told and state.problem.lossy and (state.condition == DEAD).any()):
+            recount(state)
         state.messages += outcome.messages
         state.bytes += outcome.bytes
         actions, said = self._decide(state, decision_ns)
@@ -71,6 +84,7 @@ class Engine:
             actions,
             messages,
             size,
+            state.condition.copy(),
         )
 
     def move(self, state: WorldState, actions: list[Action]) -> int:
@@ -79,6 +93,15 @@ class Engine:
         for robot, action in enumerate(actions):
             self.wish[robot] = action[0]
             self.ways[robot] = state.beliefs[robot].moves.item(state.cells.item(robot))
+            state.quiet[robot] = action[3]
+        if state.problem.breakable:
+            moved = self._move_some(state)
+        else:
+            moved = self._move_all(state)
+        state.step += 1
+        return moved
+
+    def _move_all(self, state: WorldState) -> int:
         cols = state.problem.plan.lattice.cols
         where = (state.cells, self.wish, self.ways, cols, state.headings, self.turning)
         travel = (self.rate, state.credit, state.travelled, self.outcome)
@@ -87,7 +110,25 @@ class Engine:
         else:
             moved = resolve(state.step, *where, self.gap, *travel)
         np.equal(self.outcome, 1, out=state.must_look)
-        state.step += 1
+        return moved
+
+    def _move_some(self, state: WorldState) -> int:
+        """Moves those that can, as if the others were not there."""
+        able = state.condition == ACTIVE
+        cols = state.problem.plan.lattice.cols
+        cells, headings = state.cells[able], state.headings[able]
+        credit, travelled, outcome = state.credit[able], state.travelled[able], self.outcome[able]
+        where = (cells, self.wish[able], self.ways[able], cols, headings, self.turning[able])
+        travel = (self.rate[able], credit, travelled, outcome)
+        if state.problem.traffic == "none":
+            moved = pass_through(*where, *travel)
+        else:
+            moved = resolve(state.step, *where, self.gap[able], *travel)
+        state.cells[able], state.headings[able] = cells, headings
+        state.credit[able], state.travelled[able] = credit, travelled
+        # One that is not there yet looks when it comes; others that stand have looked.
+        state.must_look[state.condition != ABSENT] = False
+        state.must_look[able] = outcome == 1
         return moved
 
     def _sense(self, state: WorldState) -> list[Scan | None]:
@@ -96,7 +137,7 @@ class Engine:
         walls = plan.walls
         fresh: list[Scan | None] = []
         for robot in range(len(self.lookers)):
-            if not state.must_look[robot]:
+            if not state.must_look[robot] or state.condition.item(robot) >= DEAD:
                 fresh.append(None)
                 continue
             looker = self.lookers[robot]
@@ -130,12 +171,13 @@ class Engine:
         actions = [_STAY] * n
         said: list[Message] = []
         inboxes: list[list[Message]] = [[] for _ in range(n)]
-        for message in state.in_flight:
-            inboxes[message.receiver].append(message)
-        state.in_flight = []
-        asked = range(n)
+        asked: Sequence[int] = range(n)
+        if state.problem.breakable:
+            asked = np.flatnonzero(state.condition < DEAD).tolist()
+        self._deliver(state, asked, inboxes)
+        slow = state.problem.delay_steps > 0
         heard: NDArray[np.bool_] | None = None
-        for _ in range(MAX_ROUNDS):
+        for number in range(MAX_ROUNDS):
             sent: list[Message] = []
             for robot in asked:
                 view = self._view(state, robot)
@@ -148,35 +190,53 @@ class Engine:
                 )
                 state.memories[robot] = memory
                 decision_ns.append(perf_counter_ns() - start)
-                sent.extend(out)
+                if not state.quiet[robot]:
+                    sent.extend(out)
             if not sent:
                 break
             said.extend(sent)
             if heard is None:
                 heard = links(state)
             inboxes = [[] for _ in range(n)]
-            for message in sent:
-                if not 0 <= message.receiver < n:
-                    raise ValueError(
-                        f"robot {message.sender} sends to robot {message.receiver}; there are {n}"
-                    )
-                # What is sent to somebody out of reach is sent all the same, and lost.
-                if heard[message.sender, message.receiver]:
-                    inboxes[message.receiver].append(message)
+            arriving = _arriving(state, sent, heard, number)
+            if slow:
+                due = state.step + state.problem.delay_steps
+                state.in_flight += [(due, message) for message in arriving]
+                break
+            for message in arriving:
+                inboxes[message.receiver].append(message)
             asked = [robot for robot in range(n) if inboxes[robot]]
         else:
             # Too many rounds for one step: the rest is read in the next.
-            state.in_flight = [message for inbox in inboxes for message in inbox]
+            due = state.step + 1
+            state.in_flight += [(due, message) for inbox in inboxes for message in inbox]
         for robot, action in enumerate(actions):
             state.finished[robot] = action.finished
+            if action.quiet and not getattr(state.strategy, "may_be_quiet", False):
+                raise ValueError(
+                    f"robot {robot} switches its radio off; its strategy lacks may_be_quiet = True"
+                )
         return actions, said
 
-    def _heard_by(self, state: WorldState) -> tuple[list[NDArray[np.int32]], ...]:
+    def _deliver(self, state: WorldState, on: Sequence[int], inboxes: list[list[Message]]) -> None:
+        """Put what is due into the inboxes of those who are there to read it."""
+        if not state.in_flight:
+            return
+        slow = state.problem.delay_steps > 0
+        for due, message in state.in_flight:
+            robot = message.receiver
+            # Without delay it has arrived already, and was only one too many to be read.
+            if due <= state.step and robot in on and not (slow and state.quiet[robot]):
+                inboxes[robot].append(message)
+        state.in_flight = [item for item in state.in_flight if item[0] > state.step]
+
+    def _heard_by(self, state: WorldState) -> tuple[list[NDArray[Any]], ...]:
         """Locked views of the rows of what each robot heard, made once per state."""
         if self.heard_of is not state:
             self.heard_of = state
-            self.heard = ([], [])
-            for rows, array in zip(self.heard, (state.heard_cell, state.heard_step), strict=True):
+            self.heard = ([], [], [])
+            arrays = (state.heard_cell, state.heard_step, state.in_touch)
+            for rows, array in zip(self.heard, arrays, strict=True):
                 for robot in range(len(array)):
                     row = array[robot]
                     row.flags.writeable = False  # of the view; the state's array stays writable
@@ -185,7 +245,7 @@ class Engine:
 
     def _view(self, state: WorldState, robot: int) -> TeamView:
         problem = state.problem
-        heard_cell, heard_step = self._heard_by(state)
+        heard_cell, heard_step, in_touch = self._heard_by(state)
         return TeamView(
             state.step,
             state.step * problem.step_s,
@@ -197,10 +257,36 @@ class Engine:
             problem.plan.lattice,
             heard_cell[robot],
             heard_step[robot],
+            in_touch[robot],
+            problem.delay_steps,
         )
 
 
 _STAY = Action(STAY)
+
+
+def _arriving(
+    state: WorldState, sent: list[Message], heard: NDArray[np.bool_], number: int
+) -> list[Message]:
+    """The messages that get through, of those minds sent in this round."""
+    n, problem = state.n_robots, state.problem
+    arriving: list[Message] = []
+    count: dict[tuple[int, int], int] = {}
+    for message in sent:
+        sender, receiver = message.sender, message.receiver
+        if not 0 <= receiver < n:
+            raise ValueError(f"robot {sender} sends to robot {receiver}; there are {n}")
+        # What is sent to somebody out of reach is sent all the same, and lost.
+        if not heard[sender, receiver]:
+            continue
+        if problem.loss > 0.0:
+            kind = SPEECH + count.get((sender, receiver), 0)
+            count[sender, receiver] = kind - SPEECH + 1
+            way = (sender, receiver, kind)
+            if is_lost(problem.seed, problem.loss, state.step, number, *way):
+                continue
+        arriving.append(message)
+    return arriving
 
 
 def engine_for(state: WorldState) -> Engine:

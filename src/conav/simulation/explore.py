@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,9 @@ from conav.maps.builtin.catalogue import BUILTIN, builtin_map
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.planning_grid import default_start_area, planning_grid
 from conav.maps.read_map import read_map
+from conav.robots.fault import Fault, check_faults, parse_fault
 from conav.robots.motion import MOTIONS
+from conav.robots.radio import RADIOS, Radio
 from conav.robots.radio import radio as make_radio
 from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
@@ -32,6 +34,7 @@ DEFAULT_MAX_TIME_S = 36_000.0  # [s] simulated
 MAX_ROBOTS = 1024
 THIS_RUN = "this-run"
 _BOUND_KEYS = ("lower_bound_s", "lower_bound_by", "upper_bound_s", "upper_bound_by", "ratio")
+MAX_LOSS = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +109,7 @@ class Exploration:
             "balance": metrics.balance,
             "messages": metrics.messages,
             "bytes": metrics.bytes,
+            "robot_events": [event._asdict() for event in self.result.events],
             "decision_ms": self.result.decision_ms,
             "compute_s": self.result.compute_s,
             "run": str(self.run) if self.run is not None else None,
@@ -167,7 +171,11 @@ def exploration_problem(
     resolution: float | None = None,
     motion: str = "8-connected",
     sensor: str = "range",
-    radio: str | float = "perfect",
+    radio: str | float | Radio = "perfect",
+    loss: float = 0.0,
+    delay_s: float = 0.0,
+    energy_j: float | None = None,
+    faults: Sequence[str | Fault] = (),
     traffic: str = "pibt",
     starts: Sequence[tuple[float, float]] | None = None,
     outside: bool = False,
@@ -177,8 +185,10 @@ def exploration_problem(
 ) -> tuple[ExplorationProblem, tuple[str, ...]]:
     """The problem of a team of equal robots on a map, and what was odd about it.
 
-    Lengths in metres, `radio` "perfect", "off" or a range; the other parameters are those of
-    `conav explore`. Raises `InputError` for anything that does not fit.
+    Lengths in metres, `radio` "perfect", "off", "path-loss", a range or a `Radio`, whose messages
+    are lost with probability `loss` and arrive `delay_s` later; `faults` as objects or as on the
+    command line; the other parameters are those of `conav explore`. Raises `InputError` for
+    anything that does not fit.
     """
     _one_of("motion", motion, MOTIONS)
     _one_of("sensor", sensor, SENSORS)
@@ -188,6 +198,9 @@ def exploration_problem(
     _number("radius", radius_m, 0, 1e6)
     _number("speed", speed_mps, 1e-9, 1e6)
     _number("max-time", max_time_s, 0, 1e12)
+    if energy_j is not None:
+        _number("energy", energy_j, 1e-9, 1e12)
+    link = make_link(radio, loss, delay_s)
     _number("seed", seed, 0, 2**63)
     grid = load_map(map, resolution=resolution, seed=seed, outside_folder=outside_folder)
     model = MOTIONS[motion]
@@ -199,7 +212,8 @@ def exploration_problem(
             speed_mps=speed_mps,
             motion=model,
             sensor=make_sensor(sensor, range_m),
-            radio=_radio(radio),
+            radio=link,
+            energy_j=energy_j,
         )
         for number in range(robots)
     )
@@ -215,7 +229,9 @@ def exploration_problem(
         area = default_start_area(plan, outside=outside)
         warnings.extend(area.warnings)
         cells = start_together(plan, area, team, generator_for(seed, "starts"))
-    made = ExplorationProblem(plan, team, cells, seed, float(max_time_s), traffic)
+    made = ExplorationProblem(
+        plan, team, cells, seed, float(max_time_s), traffic, make_faults(faults, team)
+    )
     return made, tuple(warnings)
 
 
@@ -242,7 +258,7 @@ def explore(
     made_for = getattr(mind, "radio", None)
     if problem.get("radio") is None:
         problem["radio"] = made_for or "perfect"
-    elif made_for is not None and _radio(problem["radio"]) != _radio(made_for):
+    elif made_for is not None and make_link(problem["radio"]) != make_link(made_for):
         raise InputError(
             f"radio {problem['radio']!r}",
             f"does not go with strategy {name}, which is made for radio {made_for}",
@@ -257,19 +273,35 @@ def explore(
     return Exploration(given, name, result, warnings, Path(out))
 
 
-def _radio(value: str | float) -> Any:
-    if value in ("perfect", "off"):
-        return make_radio(str(value))
+def make_link(value: str | float | Radio, loss: float = 0.0, delay_s: float = 0.0) -> Radio:
+    """The radio asked for. Raises `InputError` for one there is not."""
+    _number("loss", loss, 0, MAX_LOSS)
+    _number("delay", delay_s, 0, 1e6)
+    if isinstance(value, Radio):
+        return replace(value, loss=loss or value.loss, delay_s=delay_s or value.delay_s)
+    if value in RADIOS:
+        return make_radio(str(value), loss=loss, delay_s=delay_s)
     try:
         range_m = float(value)
     except ValueError:
         raise InputError(
             f"radio {value!r}",
-            "is neither perfect, off nor a range",
-            'give "perfect", "off" or metres',
+            f"is neither {', '.join(RADIOS)} nor a range",
+            'give "perfect", "off", "path-loss" or metres',
         ) from None
     _number("radio", range_m, 0, 1e6)
-    return make_radio("limited", range_m)
+    return make_radio("limited", range_m, loss=loss, delay_s=delay_s)
+
+
+def make_faults(faults: Sequence[str | Fault], team: Sequence[Robot]) -> tuple[Fault, ...]:
+    """The faults asked for. Raises `InputError` for those that cannot happen to this team."""
+    names = [robot.name for robot in team]
+    made = tuple(parse_fault(fault, names) if isinstance(fault, str) else fault for fault in faults)
+    try:
+        check_faults(made, len(team))
+    except ValueError as error:
+        raise InputError("faults", f"cannot be: {error}", "give other robots or times") from None
+    return made
 
 
 def _one_of(what: str, value: str, known: Collection[str]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from importlib.metadata import version
 from math import pi
 from time import perf_counter
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,10 @@ from conav.maps.occupancy_grid import UNKNOWN
 from conav.runs.schemas import FORMAT
 from conav.runs.types import OCCUPIED_BIT, StepRecord
 from conav.runs.writer import RunWriter
+from conav.simulation.conditions import to_come
 from conav.simulation.engine import StepEvents, engine_for
 from conav.simulation.observable import observable_cells
-from conav.simulation.world_state import WorldState, new_world
+from conav.simulation.world_state import ABSENT, ACTIVE, DEAD, STALLED, WorldState, new_world
 from conav.status import Status
 
 POSE_EVERY_S = 2.0  # [s] simulated, between two poses on the ROS topics
@@ -27,6 +28,14 @@ MAP_SHARES = 10  # keyframes of the team's map on the ROS topics
 STILL_STEPS = 4096  # steps without a move after which a run is stuck
 
 Progress = Callable[[WorldState], None]
+
+
+class RobotEvent(NamedTuple):
+    """Something that happened to a robot."""
+
+    time_s: float  # [s] simulated
+    robot: str
+    event: str  # "died", "stalled", "went on" or "joined"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +51,7 @@ class ExplorationResult:
     compute_s: float  # wall time of the whole run
     interrupted: bool
     digest: str | None  # of the run file, if one was written
+    events: tuple[RobotEvent, ...]  # who died, stalled, went on and joined, in order
 
 
 def run_exploration(
@@ -64,7 +74,7 @@ def run_exploration(
     engine = engine_for(state)
     recorder = _Recorder(writer, problem, state) if writer is not None else None
     if recorder is not None:
-        recorder.begin(_header(problem, strategy, name))
+        recorder.begin(_header(state, name))
     told = _Counters(state)  # as of the last step that was recorded
     covered: list[int] = []
     decision_ns: list[int] = []
@@ -72,12 +82,17 @@ def run_exploration(
     status = Status.OUT_OF_BUDGET
     interrupted = False
     still = 0
+    happened: list[RobotEvent] = []
+    before = state.condition.copy()
     start = perf_counter()
     try:
         while True:
             events = engine.sense_and_decide(state, decision_ns)
             if recorder is not None:
                 recorder.record(events, int(state.covered[0]))
+            if problem.breakable:
+                happened += _changes(state, before)
+                before = state.condition.copy()
             covered.append(int(state.covered[0]))
             told = _Counters(state)
             if progress is not None:
@@ -85,12 +100,12 @@ def run_exploration(
             if covered[-1] == state.n_observable:
                 status = Status.DONE
                 break
-            if still >= STILL_STEPS or (state.finished.all() and not state.in_flight):
+            if _is_stuck(state, still):
                 status = Status.STUCK
                 break
             if state.step >= last_step:
                 break
-            still = 0 if engine.move(state, events.actions) else still + 1
+            still = 0 if engine.move(state, events.actions) or to_come(state) else still + 1
     except KeyboardInterrupt:
         interrupted = True
     compute_s = perf_counter() - start
@@ -122,7 +137,36 @@ def run_exploration(
         compute_s=compute_s,
         interrupted=interrupted,
         digest=writer.digest if writer is not None else None,
+        events=tuple(happened),
     )
+
+
+def _changes(state: WorldState, before: NDArray[np.uint8]) -> list[RobotEvent]:
+    """What has happened to robots since they were in this condition."""
+    words = {DEAD: "died", STALLED: "stalled", ACTIVE: "went on"}
+    return [
+        RobotEvent(
+            round(state.time_s, 9),
+            state.problem.robots[robot].name,
+            "joined"
+            if before[robot] == ABSENT and state.condition[robot] != DEAD
+            else words[int(state.condition[robot])],
+        )
+        for robot in np.flatnonzero(state.condition != before).tolist()
+    ]
+
+
+def _is_stuck(state: WorldState, still: int) -> bool:
+    """Whether nothing will happen any more, or seems so."""
+    if still >= STILL_STEPS:
+        return True
+    if not state.problem.breakable:
+        return bool(state.finished.all()) and not state.in_flight
+    condition = state.condition
+    if (condition == DEAD).all():
+        return True
+    waits = bool(state.in_flight) or bool((condition == ABSENT).any())
+    return not waits and bool(state.finished[condition != DEAD].all())
 
 
 class _Counters:
@@ -145,7 +189,8 @@ def team_map(state: WorldState) -> NDArray[np.uint8]:
     return np.where(seen, walls, np.uint8(UNKNOWN))
 
 
-def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[str, Any]:
+def _header(state: WorldState, name: str) -> dict[str, Any]:
+    problem, strategy = state.problem, state.strategy
     plan = problem.plan
     return {
         "format": FORMAT,
@@ -158,6 +203,8 @@ def _header(problem: ExplorationProblem, strategy: Strategy, name: str) -> dict[
         "seed": problem.seed,
         "max_time_s": problem.max_time_s,
         "traffic": problem.traffic,
+        "all_to_all": state.all_to_all,
+        "faults": [_plain(fault) for fault in problem.faults],
         "step_s": problem.step_s,
         "strategy": name,
         "settings": _plain(strategy) if is_dataclass(strategy) else {},
@@ -208,7 +255,7 @@ class _Recorder:
         if total:
             seen = np.concatenate(parts) if len(parts) > 1 else parts[0]
             scans = seen.view(np.uint32) | self.occupied[seen]
-        wishes, goals, finished = zip(*events.actions, strict=True)
+        wishes, goals, finished, quiet = zip(*events.actions, strict=True)
         time_ns = events.step * self.step_ns
         self.writer.step(
             time_ns,
@@ -224,6 +271,8 @@ class _Recorder:
                 np.array(wishes, dtype=np.int8),
                 np.array(goals, dtype=np.int32),
                 np.array(finished, dtype=np.uint8),
+                np.array(quiet, dtype=np.uint8),
+                events.condition,
                 events.messages,
                 events.bytes,
             ),

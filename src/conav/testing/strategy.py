@@ -38,6 +38,14 @@ TWO_ROOMS = """
 #######################
 """
 
+CONDITIONS: tuple[dict[str, Any], ...] = (
+    {"radio": "perfect"},
+    {"radio": 3.0},
+    {"radio": "path-loss", "loss": 0.2, "delay_s": 2.0},
+    {"faults": ("robot_0:dies:12", "robot_1:stalls:5:20", "robot_2:joins:4")},
+)
+"""What a strategy is checked in."""
+
 
 def check_strategy(strategy: Strategy, *, steps: int = 60, motion: str = "8-connected") -> None:
     """Run the strategy on small teams and check what the simulator and its users rely on.
@@ -47,19 +55,21 @@ def check_strategy(strategy: Strategy, *, steps: int = 60, motion: str = "8-conn
     - It changes nothing it is given but its memory, and asks for directions that exist.
     - The run it makes is accepted by the verifier: no knowledge from nowhere, no illegal move.
 
-    `steps` bounds each run. Raises `AssertionError` otherwise.
+    All this with a perfect radio and a short one; with one that loses messages and is slow; and in
+    a team whose first robot dies, whose second stalls, and whose third joins late. `steps` bounds
+    each run. Raises `AssertionError` otherwise.
     """
-    for radio in ("perfect", 3.0):
-        problem = _problem(motion, radio)
+    for options in CONDITIONS:
+        problem = _problem(motion, options)
         _check_repeats(strategy, problem, steps)
         _check_resumes(strategy, problem, steps)
         _check_accepted(strategy, problem)
 
 
-def _problem(motion: str, radio: str | float) -> ExplorationProblem:
+def _problem(motion: str, options: dict[str, Any]) -> ExplorationProblem:
     grid = parse_ascii(TWO_ROOMS.strip(), resolution=0.5, name="two rooms")
     problem, _ = exploration_problem(
-        grid, robots=3, range_m=2.5, radio=radio, motion=motion, seed=5, max_time_s=100.0
+        grid, robots=3, range_m=2.5, motion=motion, seed=5, max_time_s=100.0, **options
     )
     return problem
 
@@ -111,6 +121,7 @@ class _Watched:
 
     def __init__(self, strategy: Strategy) -> None:
         self.strategy = strategy
+        self.may_be_quiet: bool = getattr(strategy, "may_be_quiet", False)
 
     def start(self, view: TeamView, rng: np.random.Generator) -> Any:
         return self.strategy.start(view, rng)
@@ -133,5 +144,6 @@ class _Watched:
 
 def _content(view: TeamView) -> tuple[bytes, ...]:
     belief = view.belief
-    arrays = (belief.cells, belief.moves, belief.marks, view.heard_cell, view.heard_step)
+    heard = (view.heard_cell, view.heard_step, view.in_touch)
+    arrays = (belief.cells, belief.moves, belief.marks, *heard)
     return tuple(array.tobytes() for array in arrays)

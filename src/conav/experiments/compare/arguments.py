@@ -16,8 +16,9 @@ from conav.exploration.types import TRAFFIC, Strategy
 from conav.maps.builtin.catalogue import BUILTIN
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.robots.motion import MOTIONS
+from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
-from conav.simulation.explore import MAX_ROBOTS, load_map
+from conav.simulation.explore import MAX_ROBOTS, load_map, make_faults, make_link
 from conav.simulation.finish_bounds import check_effort
 
 Map = str | os.PathLike[str] | OccupancyGrid
@@ -50,6 +51,9 @@ def make_study(
     _number("radius", world.radius_m, 0, 1e6)
     _number("speed", world.speed_mps, 1e-9, 1e6)
     _number("max-time", world.max_time_s, 0, 1e12)
+    make_link("perfect", world.loss, world.delay_s)
+    if world.energy_j is not None:
+        _number("energy", world.energy_j, 1e-9, 1e12)
     _number("runs", runs, 1, MAX_RUNS)
     _number("seed", seed, 0, 2**63 - MAX_RUNS)
     for count in _some("robots", robots):
@@ -57,6 +61,7 @@ def make_study(
     for range_m in _some("range", ranges_m):
         _number("range", range_m, 0, 1e6)
     check_effort(bounds)
+    make_faults(world.faults, [Robot(f"robot_{number}") for number in range(min(robots))])
     teams = _teams(strategies, settings)
     return Study(
         maps=_maps(maps, world),
@@ -176,18 +181,8 @@ def _radios(radios: Sequence[str | float] | None, teams: Sequence[Team]) -> tupl
 
 def _radio(value: str | float) -> str:
     """The radio's one way of writing."""
-    if value in ("perfect", "off"):
-        return str(value)
-    try:
-        range_m = float(value)
-    except ValueError:
-        raise InputError(
-            f"radio {value!r}",
-            "is neither perfect, off nor a range",
-            'give "perfect", "off" or metres',
-        ) from None
-    _number("radio", range_m, 0, 1e6)
-    return repr(range_m).removesuffix(".0") if range_m > 0 else "off"
+    link = make_link(value)
+    return repr(link.range_m).removesuffix(".0") if link.name == "limited" else link.name
 
 
 def _some(what: str, items: Sequence[T]) -> Sequence[T]:

@@ -24,7 +24,7 @@ class Case(NamedTuple):
     map: str  # as the comparison calls it
     robots: int
     range_m: float
-    radio: str  # "perfect", "off", metres, or `OWN_RADIO`
+    radio: str  # "perfect", "off", "path-loss", metres, or `OWN_RADIO`
     strategy: str  # as the comparison calls it
     seed: int
 
@@ -89,6 +89,10 @@ class World:
     radius_m: float = 0.1
     speed_mps: float = 0.5
     resolution: float | None = None
+    loss: float = 0.0
+    delay_s: float = 0.0
+    energy_j: float | None = None
+    faults: tuple[str, ...] = ()
     traffic: str = "pibt"
     outside: bool = False
     outside_folder: bool = False
@@ -154,7 +158,7 @@ class Study:
         return {item.name: item for item in self.teams}
 
     def radio(self, case: Case) -> str:
-        """The radio the robots of a case have: "perfect", "off" or metres."""
+        """The radio the robots of a case have: a name or metres."""
         if case.radio != OWN_RADIO:
             return case.radio
         return self.team(case.strategy).radio or "perfect"

@@ -89,11 +89,11 @@ def compare(
 
     `maps` are built-in names, files or grids. `strategies` are names, NAME=STRATEGY for a second
     one of a kind, or by name: strategies of the catalogue or objects of your own. `radios` are
-    "perfect", "off" or ranges [m]; None is perfect, or what a strategy is made for. Run k has the
-    seed `seed` + k, so all strategies start it from the same places. `settings` are by the
-    strategy's name here. `bounds` is how hard to look for bounds on the best possible time, which
-    depends on no strategy: "quick", "full" or "none". `world` are the fields of `World`, as for
-    `conav.explore`; `max_time_s` is the time limit [s] that runs without an end are counted at.
+    "perfect", "off", "path-loss" or ranges [m]; None is perfect, or what a strategy is made for.
+    Run k has the seed `seed` + k, so all strategies start it from the same places. `settings` are
+    by the strategy's name here. `bounds` is how hard to look for bounds on the best possible time,
+    which depends on no strategy: "quick", "full" or "none". `world` are the fields of `World`, as
+    for `conav.explore`; `max_time_s` is the time limit [s] that runs without an end are counted at.
 
     The folder gets the page, the tables of numbers and, with `plots` and matplotlib, the plots.
     Each run is kept in it as it ends; what is there already is not played again. `jobs` is the
@@ -105,6 +105,7 @@ def compare(
     jobs = jobs if jobs is not None else os.cpu_count() or 1
     if not 1 <= jobs <= MAX_JOBS:
         raise InputError(f"jobs {jobs}", "is out of range", f"give 1 to {MAX_JOBS}")
+    options: dict[str, Any] = {**world, "faults": tuple(world.get("faults", ()))}
     study = make_study(
         maps,
         strategies,
@@ -115,7 +116,7 @@ def compare(
         seed=seed,
         settings=settings or {},
         bounds=bounds,
-        world=World(**world),
+        world=World(**options),
     )
     target = Path(folder)
     warnings: list[str] = []
@@ -142,9 +143,8 @@ def compare(
         done = total - len(missing) - len(unbounded)
         progress(done, total)
         try:
-            with Workers(
-                partial(Runner, study), min(jobs, max(len(missing), len(unbounded), 1))
-            ) as workers:
+            jobs_wanted = min(jobs, max(len(missing), len(unbounded), 1))
+            with Workers(partial(Runner, study), jobs_wanted) as workers:
                 _check(study, workers, missing)
                 for case, result in workers.each("run", by_seed(missing)):
                     journal.add(keys[case], result)

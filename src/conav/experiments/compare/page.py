@@ -36,6 +36,9 @@ _OPTIONS = {
     "speed_mps": "--speed",
     "resolution": "--resolution",
     "traffic": "--traffic",
+    "loss": "--loss",
+    "delay_s": "--delay",
+    "energy_j": "--energy",
     "outside": "--outside",
     "outside_folder": "--outside-folder",
     "max_time_s": "--max-time",
@@ -59,7 +62,9 @@ def command(study: Study, folder: Path) -> str | None:
         words += ["--seed", str(study.seeds[0])]
     for item in fields(World):
         value = getattr(study.world, item.name)
-        if value != item.default:
+        if item.name == "faults":
+            words += [word for fault in value for word in ("--fault", str(fault))]
+        elif value != item.default:
             words.append(_OPTIONS[item.name])
             words += [] if value is True else [_text(value)]
     for team in study.teams:

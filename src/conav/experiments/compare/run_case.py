@@ -12,10 +12,9 @@ from conav.experiments.compare.outcome import CaseBounds, Failure, Outcome, outc
 from conav.exploration.types import ExplorationProblem
 from conav.maps.planning_grid import PlanningGrid, default_start_area, planning_grid
 from conav.robots.motion import MOTIONS
-from conav.robots.radio import radio as make_radio
 from conav.robots.robot import Robot
 from conav.robots.sensor import sensor as make_sensor
-from conav.simulation.explore import load_map
+from conav.simulation.explore import load_map, make_faults, make_link
 from conav.simulation.finish_bounds import finish_bounds
 from conav.simulation.run_exploration import run_exploration
 from conav.simulation.starts import start_together
@@ -39,7 +38,7 @@ class Runner:
         """
         world = self.study.world
         plan = self._plan(case.map, case.seed)
-        radio = self.study.radio(case)
+        link = make_link(self.study.radio(case), world.loss, world.delay_s)
         team = tuple(
             Robot(
                 name=f"robot_{number}",
@@ -47,9 +46,8 @@ class Runner:
                 speed_mps=world.speed_mps,
                 motion=MOTIONS[world.motion],
                 sensor=make_sensor(world.sensor, case.range_m),
-                radio=make_radio(radio)
-                if radio in ("perfect", "off")
-                else make_radio("limited", float(radio)),
+                radio=link,
+                energy_j=world.energy_j,
             )
             for number in range(case.robots)
         )
@@ -63,9 +61,9 @@ class Runner:
         warnings.extend(area.warnings)
         starts = start_together(plan, area, team, generator_for(case.seed, "starts"))
         limit = float(world.max_time_s)
-        return ExplorationProblem(plan, team, starts, case.seed, limit, world.traffic), tuple(
-            warnings
-        )
+        faults = make_faults(world.faults, team)
+        made = ExplorationProblem(plan, team, starts, case.seed, limit, world.traffic, faults)
+        return made, tuple(warnings)
 
     def fits(self, case: Case) -> InputError | None:
         """What is wrong with the map or with the team on it, if anything."""

@@ -6,6 +6,7 @@ from math import ceil, floor, isfinite
 from conav.experiments.compare.cases import OWN_RADIO, Group, Study
 from conav.experiments.compare.tables import MEASURES, SHARES, Line, Ratio, Table, Times, Total
 from conav.intervals import Estimate
+from conav.robots.radio import RADIOS
 from conav.simulation.finish_bounds import NO_BOUNDS
 
 AT_LEAST = "\N{GREATER-THAN OR EQUAL TO}"
@@ -82,7 +83,7 @@ def part_text(study: Study, name: str, value: float | str) -> str:
     if value == OWN_RADIO:
         own = [f"{team.name} {team.radio}" for team in study.teams if team.radio]
         return f"radio perfect ({', '.join(own)})"
-    return f"radio {value}" if value in ("perfect", "off") else f"radio {value} m"
+    return f"radio {value}" if value in RADIOS else f"radio {value} m"
 
 
 def _parts(group: Group) -> Iterable[tuple[str, float | str]]:

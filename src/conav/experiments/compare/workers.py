@@ -17,8 +17,9 @@ from typing import Any, TypeVar
 from conav.errors import InputError
 from conav.experiments.compare.outcome import Failure
 
-READY = "ready"
 Task = TypeVar("Task")
+
+READY = "ready"
 
 
 @dataclass(eq=False)

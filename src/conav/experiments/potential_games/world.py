@@ -204,8 +204,9 @@ def _team_regrets(state: WorldState, known: Belief) -> NDArray[np.int64]:
     for robot, memory in enumerate(cast("list[GameMemory]", state.memories)):
         players.append((int(state.cells[robot]), int(state.headings[robot]), memory.sequence))
     never = np.full(len(players), -1, dtype=np.int32)
+    nobody = np.zeros(len(players), dtype=np.bool_)
     view = TeamView(
-        state.step, state.time_s, 0, problem.robots[0], 0, 0, known, lattice, never, never
+        state.step, state.time_s, 0, problem.robots[0], 0, 0, known, lattice, never, never, nobody
     )
     profile = np.array([first_sequence(sequence) for _, _, sequence in players])
     found = regrets(*joint_points(view, players), profile)
