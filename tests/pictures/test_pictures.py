@@ -692,3 +692,17 @@ def test_importing_draws_nothing_in():
         "assert not any(name.split('.')[0] in ('PIL', 'numba', 'scipy') for name in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_dead_are_rings_and_the_absent_are_not_shown(tmp_path: Path):
+    pictures = []
+    for condition in range(4):
+        run = two_robots()
+        now = np.array([condition, 0], dtype=np.uint8)
+        run = replace(run, steps=[*run.steps[:-1], run.steps[-1]._replace(condition=now)])
+        pictures.append(still(run, tmp_path))
+    whole, stalled, dead, absent = pictures
+    assert whole.tobytes() == stalled.tobytes()
+    assert pixel(whole, 5, 10) != PAGE
+    assert pixel(dead, 5, 10) == PAGE
+    assert len({image.tobytes() for image in (whole, dead, absent)}) == 3

@@ -25,6 +25,7 @@ class Team:
     track: NDArray[np.float64]  # (steps or 1, n, 2) x, y [m] in the grid's own frame
     goals: NDArray[np.float64]  # (steps or 1, n, 2) x, y [m], nan for none
     headings: NDArray[np.uint8]  # (steps or 1, n)
+    condition: NDArray[np.uint8]  # (steps or 1, n) as in `StepRecord`
 
     @property
     def size(self) -> int:
@@ -84,9 +85,13 @@ def team_of(run: Run) -> Team:
         goals = np.array([record.goals for record in run.steps] or np.full_like(starts, -1))
         if run.steps:
             headings = np.array([record.headings for record in run.steps], dtype=np.uint8)
+            condition = np.array([record.condition for record in run.steps], dtype=np.uint8)
         else:
-            headings = np.zeros(shape, dtype=np.uint8)
-        if not cells.shape == goals.shape == headings.shape == shape or not robots:
+            headings = condition = np.zeros(shape, dtype=np.uint8)
+        if (
+            not cells.shape == goals.shape == headings.shape == condition.shape == shape
+            or not robots
+        ):
             raise ValueError
         if cells.min() < 0 or max(cells.max(), goals.max()) >= rows * cols or headings.max() > 3:
             raise ValueError
@@ -100,6 +105,7 @@ def team_of(run: Run) -> Team:
             track=_centres(cells, cols, cell_m),
             goals=np.where((goals < 0)[..., None], np.nan, _centres(goals, cols, cell_m)),
             headings=headings,
+            condition=condition,
         )
     except (KeyError, TypeError, ValueError, ZeroDivisionError):
         raise InputError(

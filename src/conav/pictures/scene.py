@@ -14,6 +14,7 @@ from conav.pictures.palette import PAGE, Colours
 from conav.pictures.replay import Replay, Team
 from conav.pictures.view import Tiles, View
 
+DEAD, ABSENT = 2, 3  # conditions of robots in `StepRecord`
 MIN_RADIUS = 3.0  # [pixels] of a robot
 FEW = 8  # robots whose paths are drawn a pixel wider
 _PIECE = 48  # [pixels]
@@ -84,7 +85,12 @@ class Scene:
                     x, y = self.view.pixel(goal_x, goal_y)
                     self._paint_cross(canvas, robot, left + x, y)
         for robot in range(team.size):
+            if team.condition[step, robot] == ABSENT:
+                continue
             x, y = self.view.pixel(float(places[robot, 0]), float(places[robot, 1]))
+            if team.condition[step, robot] == DEAD:
+                self._paint_wreck(canvas, robot, left + x, y)
+                continue
             heading = int(team.headings[step, robot]) if team.has_heading[robot] else None
             self._paint_robot(canvas, robot, left + x, y, heading)
 
@@ -106,6 +112,13 @@ class Scene:
             half = self._line / 2 + 0.1 + extra
             canvas.paint(stroke(x - arm, y - arm, x + arm, y + arm, half), colour)
             canvas.paint(stroke(x - arm, y + arm, x + arm, y - arm, half), colour)
+
+    def _paint_wreck(self, canvas: Canvas, robot: int, x: float, y: float) -> None:
+        """A ring: larger than that of a start."""
+        radius = self._radius[robot]
+        canvas.paint(disc(x, y, radius + 1.2), PAGE)
+        canvas.paint(disc(x, y, radius), self.colours.line(robot))
+        canvas.paint(disc(x, y, radius * 0.55), PAGE)
 
     def _paint_robot(
         self, canvas: Canvas, robot: int, x: float, y: float, heading: int | None

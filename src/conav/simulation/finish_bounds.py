@@ -70,7 +70,8 @@ def finish_bounds(
 ) -> dict[int, FinishBounds]:
     """Bounds, below and above, on when the best team has seen each share [%] of what it can.
 
-    They depend on map, team, starts and traffic rule alone, not on strategy or radio. `upper_s` is
+    They depend on map, team, starts and traffic rule alone, not on strategy or radio; where robots
+    may die they are for the best radio. Lower bounds take all robots to be in order. `upper_s` is
     None where no team that knows the map was tried, or it had not seen the share at the problem's
     time limit. Raises `ValueError` for a share that is not from 0 to 100.
     """
