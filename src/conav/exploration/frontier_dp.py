@@ -11,10 +11,10 @@ from conav.compiled import kernel
 from conav.exploration.decision_theoretic import check_beta
 from conav.exploration.frontier_targets import Targets
 from conav.exploration.team_assignment import TeamMemory, team_step
-from conav.exploration.turn_sequences import sight_space
 from conav.exploration.types import Action, TeamView
 from conav.exploration.utility_reduction import assign_by_utility
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import sight_space
 from conav.geometry.value_iteration import raster_order, value_iteration
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.messages.message import Message

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
 from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
-from conav.exploration.turn_sequences import SightSpace, sight_space
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
 from conav.geometry.distance_field import GrowingField, field_buffer, fill_distances
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import SightSpace, sight_space
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,12 +25,12 @@ from conav.exploration.turn_sequences import (
     forward,
     play,
     second_step,
-    sight_space,
     ways,
 )
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import DCOL, DROW, STRAIGHT
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN
 from conav.messages.message import Message
 

@@ -30,12 +30,12 @@ from conav.exploration.turn_sequences import (
     play,
     second_step,
     sequence_gains,
-    sight_space,
     turn_from_obstacle,
 )
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import DCOL, DROW
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN
 from conav.messages.message import Message
 

@@ -15,8 +15,7 @@ see. With a motion that turns for free a turn sequence takes one step; its posit
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +24,9 @@ from conav.compiled import kernel
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import DCOL, DROW, STAY, STRAIGHT
 from conav.geometry.sight import (
-    lateral_limits,
-    new_gap_space,
-    sight_buffer_size,
     visible_cells,
 )
+from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN
 
 BLOCKED = -1
@@ -199,34 +196,6 @@ def sequence_gains(
     memory.decisions += 1
     memory.points_checked += checked
     return gains
-
-
-class SightSpace(NamedTuple):
-    """A sensor's range on a map, and working space for looks; shared, nothing in it lasts."""
-
-    limits: NDArray[np.int32]
-    occlusion: bool
-    lows: NDArray[np.float64]
-    highs: NDArray[np.float64]
-    out: NDArray[np.int32]
-    stamps: NDArray[np.int32]  # a number per fine cell, the last used one at the end
-
-
-@lru_cache(maxsize=8)
-def sight_space(
-    range_m: float, resolution: float, occlusion: bool, shape: tuple[int, int]
-) -> SightSpace:
-    """Working space for a sensor on maps of one shape."""
-    limits = lateral_limits(min(range_m / resolution, sum(shape)))
-    cells = shape[0] * shape[1]
-    return SightSpace(
-        limits,
-        occlusion,
-        new_gap_space(limits),
-        new_gap_space(limits),
-        np.empty(sight_buffer_size(limits), dtype=np.int32),
-        np.zeros(cells + 1, dtype=np.int32),
-    )
 
 
 @kernel

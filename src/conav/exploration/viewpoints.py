@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.exploration.belief import STOOD, Belief
-from conav.exploration.turn_sequences import sight_space
 from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.maps.planning_grid import Lattice
 from conav.robots.sensor import Sensor
