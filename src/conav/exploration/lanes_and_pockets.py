@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from conav.exploration.lane_pieces import walls_met
 from conav.exploration.lane_plan import LanePlan, plan_lanes
-from conav.exploration.nearest import NearestMemory, choose_nearest, drive_on
+from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, drive_on
 from conav.exploration.pocket_assignment import check_advantage, plan_pockets
 from conav.exploration.sweep_drive import Sweep, SweepDrive, next_move, place_of, swept
 from conav.exploration.team_assignment import (
@@ -131,7 +131,7 @@ class _LaneDriver:
     def ask(self, view: TeamView) -> Request:
         """A request that says what was swept; it goes to the nearest frontier until it is told."""
         memory = self.memory
-        choose_nearest(memory.drive, view)
+        choose_nearest(memory.drive, view, by_field)
         done, memory.done = memory.done, None
         return Request(done)
 
