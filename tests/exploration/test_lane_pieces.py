@@ -358,7 +358,7 @@ def test_runs_of_less_than_a_row_are_taken_out_and_no_others(
 
 
 def one_lane() -> tuple[Lanes, Lattice]:
-    """A lane of 9 cells, along 40 rows, and a range of 5: chords of 5, 4, 4, 4 and 3 to the sides."""
+    """A lane of 9 cells along 40 rows, and a range of 5: chords of 5, 4, 4, 4 and 3."""
     lattice = lattice_of(40, 9)
     lanes = lay_lanes(0, 5.0, lattice)
     assert lanes.middle.tolist() == [4]
