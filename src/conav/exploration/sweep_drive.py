@@ -124,11 +124,21 @@ def swept(drive: SweepDrive, view: TeamView) -> Sweep:
 
 
 def place_of(drive: SweepDrive, view: TeamView) -> int:
-    """The planning cell a robot is heading for."""
+    """The planning cell a robot is heading for: where it knows no farther, if not the end."""
     sweep = drive.sweep
-    along = sweep.end if drive.sweeping else sweep.begin
-    row, col = (along, sweep.across) if sweep.axis == 0 else (sweep.across, along)
-    return row * view.lattice.cols + col
+    cols = view.lattice.cols
+    if drive.left:
+        ways = drive.path[drive.left - 1 :: -1].tolist()
+    else:
+        along, _ = coordinates(sweep.axis, view.cell, cols)
+        ways = [direction(sweep.axis, 1 if sweep.end > along else -1, 0)] * abs(sweep.end - along)
+    cell = view.cell
+    for k in ways:
+        following = cell + DROW[k] * cols + DCOL[k]
+        if not view.belief.marks.item(following) & OPEN:
+            break
+        cell = following
+    return cell
 
 
 def _find_way(drive: SweepDrive, view: TeamView) -> bool:
