@@ -59,20 +59,32 @@ class Lanes:
 
 
 def lay_lanes(axis: int, range_m: float, lattice: Lattice) -> Lanes:
-    """As few lanes as cover the map, each some whole strips of planning cells."""
-    _, across = extent(axis, lattice)
-    count = -(-across // (2 * half_footprint(range_m, lattice) + 1))
-    strips = np.array([k * across // count for k in range(count + 1)])
-    middle = (strips[:-1] + strips[1:] - 1) // 2
+    """As few lanes as cover the map, each some whole strips of planning cells.
+
+    Everything in a lane is seen from its middle line in the open, unless single strips are too wide
+    for that.
+    """
+    along, across = extent(axis, lattice)
+    limits = lateral_limits(range_m / lattice.resolution)
     strip_of = lattice.col_of if axis == 0 else lattice.row_of
     fine_of = lattice.fine_col if axis == 0 else lattice.fine_row
-    return Lanes(
-        axis,
-        middle.astype(np.int64),
-        np.searchsorted(strip_of, strips).astype(np.int64),
-        fine_of[middle].astype(np.int64),
-        lateral_limits(range_m / lattice.resolution),
-    )
+    fine_along = lattice.fine_row if axis == 0 else lattice.fine_col
+    end = (lattice.fine_rows if axis == 0 else lattice.fine_cols) - 1
+    # A robot looks from centres of planning cells only: how far the row farthest from one is.
+    off = max(int(fine_along[0]), end - int(fine_along[-1]))
+    if along > 1:
+        off = max(off, int(np.diff(fine_along).max()) // 2)
+    count = -(-across // (2 * half_footprint(range_m, lattice) + 1))
+    while True:
+        strips = np.array([k * across // count for k in range(count + 1)])
+        middle = (strips[:-1] + strips[1:] - 1) // 2
+        edges = np.searchsorted(strip_of, strips).astype(np.int64)
+        fine_middle = fine_of[middle].astype(np.int64)
+        side = int(np.maximum(fine_middle - edges[:-1], edges[1:] - 1 - fine_middle).max())
+        if count == across or (side < len(limits) and limits[side] >= off):
+            break
+        count += 1
+    return Lanes(axis, middle.astype(np.int64), edges, fine_middle, limits)
 
 
 def wanted_cells(
@@ -131,7 +143,6 @@ def find_pieces(
     fine_along = lattice.fine_row if lanes.axis == 0 else lattice.fine_col
     width = lanes.width
     side, count = _profile(np.ascontiguousarray(oriented), lanes.edges, lanes.fine_middle)
-    last = len(along_of) - 1
     longest = max(int(most * lattice.ratio), width)
     pieces: list[Piece] = []
     for lane in range(len(lanes.middle)):
@@ -149,19 +160,28 @@ def find_pieces(
                 ahead = np.maximum(
                     lanes.limits[np.minimum(side[lane, part], len(lanes.limits) - 1)], 0
                 )
-                begin, end = int((part + ahead).min()), int((part - ahead).max())
-                if begin > end:
-                    begin = end = (begin + end) // 2
-                pieces.append(
-                    Piece(
-                        lane,
-                        int(along_of[part[0]]),
-                        int(along_of[part[-1]]),
-                        int(along_of[min(begin, last)]),
-                        int(along_of[max(end, 0)]),
-                    )
+                begin, end = _drive(
+                    int((part + ahead).min()), int((part - ahead).max()), along_of, fine_along
                 )
+                low, high = int(along_of[part[0]]), int(along_of[part[-1]])
+                pieces.append(Piece(lane, low, high, begin, end))
     return pieces
+
+
+def _drive(
+    begin: int, end: int, along_of: NDArray[np.int32], fine_along: NDArray[np.int32]
+) -> tuple[int, int]:
+    """From where to where to drive (along) to look from map cells up to `begin` and from `end` on.
+
+    A robot looks from centres of planning cells. Where there is one from `end` to `begin`, one look
+    is enough.
+    """
+    first = int(np.searchsorted(fine_along, begin, side="right")) - 1
+    last = int(np.searchsorted(fine_along, end))
+    if first >= last:
+        middle = min(max(int(along_of[(begin + end) // 2]), last), first)
+        return middle, middle
+    return max(first, 0), min(last, len(fine_along) - 1)
 
 
 def _cut(

@@ -76,12 +76,15 @@ class LanesAndPockets:
         plan = partial(self._plan, memory, rng)
         said = converse(memory, _LaneDriver(memory), view, inbox, plan)
         if memory.sweep is None:
-            return memory, drive_on(memory.drive), said
+            # It has given a sweep up in this step, and asks in the next.
+            waits = memory.done is not None
+            return memory, Action() if waits else drive_on(memory.drive), said
         if memory.move < 0:  # it has just been ordered
             memory.move = next_move(memory.sweep, view)
         if memory.move < 0:  # there is no way to it: it asks again in the next step
             memory.done = swept(memory.sweep, view)
             memory.sweep = None
+            memory.drive = NearestMemory()
             return memory, Action(), said
         return memory, Action(memory.move, place_of(memory.sweep, view)), said
 

@@ -5,6 +5,7 @@ sees that it is not.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,11 +124,21 @@ def swept(drive: SweepDrive, view: TeamView) -> Sweep:
 
 
 def place_of(drive: SweepDrive, view: TeamView) -> int:
-    """The planning cell a robot is heading for."""
+    """The planning cell a robot is heading for: where it knows no farther, if not the end."""
     sweep = drive.sweep
-    along = sweep.end if drive.sweeping else sweep.begin
-    row, col = (along, sweep.across) if sweep.axis == 0 else (sweep.across, along)
-    return row * view.lattice.cols + col
+    cols = view.lattice.cols
+    if drive.left:
+        ways = drive.path[drive.left - 1 :: -1].tolist()
+    else:
+        along, _ = coordinates(sweep.axis, view.cell, cols)
+        ways = [direction(sweep.axis, 1 if sweep.end > along else -1, 0)] * abs(sweep.end - along)
+    cell = view.cell
+    for k in ways:
+        following = cell + DROW[k] * cols + DCOL[k]
+        if not view.belief.marks.item(following) & OPEN:
+            break
+        cell = following
+    return cell
 
 
 def _find_way(drive: SweepDrive, view: TeamView) -> bool:
@@ -142,29 +153,44 @@ def _find_way(drive: SweepDrive, view: TeamView) -> bool:
         view.belief, lattice, view.body.radius_m, view.body.motion.diagonal
     )
     free = (possible if sweep.axis == 0 else possible.T)[:, sweep.across]
+    first = -1
     if drive.sweeping:
         # On from here, beyond what is in the way.
         low, high = (along + 1, sweep.end) if heading > 0 else (sweep.end, along - 1)
         line[low : high + 1] = free[low : high + 1]
     else:
-        low, high = min(sweep.begin, sweep.end), max(sweep.begin, sweep.end)
-        inside = np.flatnonzero(free[low : high + 1]) + low
-        if len(inside) == 0:
+        first = _first_of(free, sweep)
+        if first < 0:
             return False
-        first = int(inside[0] if heading > 0 else inside[-1])
-        if first != sweep.begin:
-            drive.sweep = replace(sweep, begin=first)
         line[first] = 1
     space = search_space(goals.size)
     goal = search(moves, view.cell, goals, 1, space)
+    if goal < 0 and not drive.sweeping:
+        # It may be clear there, but shut off, as inside a block. The search went everywhere.
+        reached = (space.stamp[:-1] == space.stamp[-1]).reshape(goals.shape)
+        first = _first_of((reached if sweep.axis == 0 else reached.T)[:, sweep.across], sweep)
+        if first >= 0:
+            row, col = (first, sweep.across) if sweep.axis == 0 else (sweep.across, first)
+            goal = row * lattice.cols + col
     if goal < 0:
         return False
+    if not drive.sweeping and first != sweep.begin:
+        drive.sweep = replace(sweep, begin=first)
     drive.here = view.cell
     drive.path, drive.left = path_to(space, lattice.cols, goal)
     if drive.left == 0 and not drive.sweeping:
         drive.sweeping = True
         return _find_way(drive, view)
     return drive.left > 0
+
+
+def _first_of(places: NDArray[Any], sweep: Sweep) -> int:
+    """The first place (along) from where a sweep begins to its end that is one of these, or -1."""
+    step = 1 if sweep.end >= sweep.begin else -1
+    for along in range(sweep.begin, sweep.end + step, step):
+        if places[along]:
+            return along
+    return -1
 
 
 def presumed_moves(
