@@ -230,14 +230,14 @@ def test_a_step_of_the_game_costs_what_a_decision_of_algorithm_2_costs(
 ) -> None:
     """O(sRange^2) points whatever the map, and no search at all but when it sets out."""
     searches = [0]
-    for module, name in ((grid_search, "_search"), (distance_field, "_spread_out")):
-        ordinary = getattr(module, name)
+    for owner, name in ((grid_search, "_search"), (distance_field, "_spread_out")):
+        ordinary = getattr(owner, name)
 
         def counted(*arguments: Any, ordinary: Any = ordinary) -> Any:
             searches[0] += 1
             return ordinary(*arguments)
 
-        monkeypatch.setattr(module, name, counted)
+        monkeypatch.setattr(owner, name, counted)
     grid = parse_ascii("\n".join(["." * side] * side))
     # One robot, so that what is counted in a step is its own.
     state = world(PotentialFrontier(), grid, robots=1, range_m=float(s_range))
