@@ -142,10 +142,6 @@ def test_to_where_it_begins_and_on_to_the_end(axis: int, begin: int, end: int, m
     made = world(turned(empty(), axis), *place(axis, 9, 3), motion=motion)
     sweep = Sweep(axis, 12, begin, end, min(begin, end) - 2, max(begin, end) + 2)
     drive = SweepDrive(sweep)
-    assert (
-        place_of(drive, made.view())
-        == made.plan.lattice.cols * place(axis, begin, 12)[0] + place(axis, begin, 12)[1]
-    )
     places = made.drive(drive)
     first = places.index(place(axis, begin, 12))
     heading = 1 if end >= begin else -1
@@ -157,6 +153,21 @@ def test_to_where_it_begins_and_on_to_the_end(axis: int, begin: int, end: int, m
     assert drive.sweeping
     assert place_of(drive, made.view()) == made.cell
     assert swept(drive, made.view()) == sweep
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_it_heads_for_the_last_place_it_knows_on_its_way(axis: int) -> None:
+    made = world(turned(empty(), axis), *place(axis, 5, 3), motion="4-connected")
+    drive = SweepDrive(Sweep(axis, 9, 5, 12, 5, 12))
+    aims: list[tuple[int, int]] = []
+    while (k := next_move(drive, made.view())) >= 0:
+        aims.append(divmod(place_of(drive, made.view()), made.plan.lattice.cols))
+        row, col = aims[-1]
+        assert made.belief.marks[row, col] & OPEN
+        made.go(k)
+    # It sees 3 ahead, first across to where it begins, then along the lane.
+    across = [place(axis, 5, min(col, 9)) for col in range(6, 12)]
+    assert aims == across + [place(axis, min(along, 12), 9) for along in range(8, 15)]
 
 
 def test_it_begins_at_once_where_it_stands() -> None:
