@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import find_pieces, path_costs
-from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
@@ -278,7 +278,7 @@ def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
     memory.tasks = ()
     memory.idle = False
     # Until it is told it goes where it would go alone; without targets that is all there is to do.
-    choose_nearest(memory.drive, view)
+    choose_nearest(memory.drive, view, by_field)
     if not _any_target(view):
         return []
     auctioneer = _lowest_heard(view)

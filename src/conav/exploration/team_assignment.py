@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from conav.exploration.frontier_targets import Targets, find_targets
 from conav.exploration.nearest import (
     NearestMemory,
+    by_field,
     choose_nearest,
     drive_on,
     drive_to,
@@ -117,7 +118,7 @@ def planned_step(
             else:
                 memory.asked = view.step
                 # Until it is told it goes where it would go alone.
-                choose_nearest(memory.drive, view)
+                choose_nearest(memory.drive, view, by_field)
                 said.append(Message(view.robot, leader, view.time_s, Request()))
     if asking and memory.assigned < view.step:
         said += _lead(memory, view, asking, plan)
