@@ -212,8 +212,8 @@ def test_never_open_it_is_pocket_assignment(name: str, radio: str | float, tmp_p
         {"advantage": "-1"},
         {"advantage": "inf"},
         {"open_below": "-0.1"},
-        {"open_below": "3"},  # more than closed_above
-        {"closed_above": "1"},  # less than open_below
+        {"open_below": "1.6"},  # more than closed_above
+        {"closed_above": "0.9"},  # less than open_below
         {"closed_above": "inf"},
         {"open_below": "nan"},
         {"closed_above": "nan"},
@@ -226,7 +226,7 @@ def test_settings_that_mean_nothing_are_refused(values: dict[str, str]) -> None:
 
 
 def test_settings() -> None:
-    expected = {"advantage": 0.5, "open_below": 1.5, "closed_above": 2.5}
+    expected = {"advantage": 0.5, "open_below": 1.0, "closed_above": 1.5}
     assert settings_of(make_strategy(NAME)) == expected
     assert make_strategy(NAME, {"open_below": "0", "closed_above": "0"}) == LanesAndPockets(
         open_below=0.0, closed_above=0.0
