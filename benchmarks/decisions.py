@@ -4,9 +4,11 @@
     python benchmarks/decisions.py --big           # 64 robots, 1000 x 1000 cells, pocket-assignment
     python benchmarks/decisions.py --growth        # with robots, area and range
     python benchmarks/decisions.py MAP ...         # map files, at planning cells of their own size
+    python benchmarks/decisions.py --all MAP ...   # all of these, one after the other
 
 A round is a step in which somebody computes an assignment; its time is that of all minds in the
-step. Of it, `fields` is the time spent on path lengths, the rest everything else. Every run is
+step. Of it, `fields` is the time spent on path lengths, `paths` that on the drives to what was
+assigned and, until a robot is told, to what is nearest; the rest is everything else. Every run is
 played twice, as the first also loads the kernels; `--repeat` plays it more often, and the medians
 over the repetitions are shown with the lowest and the highest. `run` is a hash of all that the
 robots did: equal hashes are equal runs.
@@ -27,7 +29,13 @@ from typing import Any
 import numpy as np
 
 import conav
-from conav.exploration import frontier_targets, frontier_tasks, repeated_auction
+from conav.exploration import (
+    frontier_targets,
+    frontier_tasks,
+    repeated_auction,
+    sequential_auction,
+    team_assignment,
+)
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.types import Action, ExplorationProblem, Strategy, TeamView
 from conav.maps.occupancy_grid import OccupancyGrid
@@ -48,7 +56,7 @@ STRATEGIES = (
     "pocket-assignment",
 )
 MAPS = ("office", "cave", "maze", "field")
-FIELDS = (frontier_targets, frontier_tasks, repeated_auction)
+FIELDS = (frontier_targets, frontier_tasks, repeated_auction, sequential_auction)
 """Where `fill_distances` is called for costs; its time there counts as that of fields."""
 
 
@@ -80,7 +88,7 @@ class Timed:
 
     strategy: Strategy
     clock: Clock
-    rounds: dict[int, list[int]] = field(default_factory=dict)  # step -> ns, fields ns, assignments
+    rounds: dict[int, list[int]] = field(default_factory=dict)  # step -> ns: all, fields, paths; n
 
     def start(self, view: TeamView, rng: np.random.Generator) -> Any:
         return self.strategy.start(view, rng)
@@ -88,14 +96,16 @@ class Timed:
     def step(
         self, memory: Any, view: TeamView, inbox: Sequence[Message], rng: np.random.Generator
     ) -> tuple[Any, Action, Sequence[Message]]:
-        before, fields_before = computed(memory), self.clock.ns["fields"]
+        before = computed(memory)
+        fields, paths = self.clock.ns["fields"], self.clock.ns["paths"]
         start = now_ns()
         answer = self.strategy.step(memory, view, inbox, rng)
         took = now_ns() - start
-        row = self.rounds.setdefault(view.step, [0, 0, 0])
+        row = self.rounds.setdefault(view.step, [0, 0, 0, 0])
         row[0] += took
-        row[1] += self.clock.ns["fields"] - fields_before
-        row[2] += computed(memory) - before
+        row[1] += self.clock.ns["fields"] - fields
+        row[2] += self.clock.ns["paths"] - paths
+        row[3] += computed(memory) - before
         return answer
 
 
@@ -112,7 +122,7 @@ class Played:
     steps: int
     digest: str
     wall_s: float
-    rounds: np.ndarray  # (n_rounds, 2) [ms]: all, fields
+    rounds: np.ndarray  # (n_rounds, 3) [ms]: all, fields, paths
     clock: Clock
 
 
@@ -137,8 +147,12 @@ def play(
     for module in FIELDS:
         if hasattr(module, "fill_distances"):
             patch(module, "fill_distances", "fields")
-    patch(frontier_tasks.GrowingField, "__init__", "fields")
+    patch(frontier_tasks.GrowingField, "restart", "fields")
     patch(frontier_tasks.GrowingField, "follow", "fields")
+    patch(team_assignment, "drive_to", "paths")
+    patch(repeated_auction, "shortest_path", "paths")
+    patch(team_assignment, "choose_nearest", "paths")
+    patch(repeated_auction, "choose_nearest", "paths")
     patch(Engine, "_sense", "sense")
     patch(engine_module, "exchange", "radio")
     patch(Engine, "_decide", "decide")
@@ -173,20 +187,31 @@ def play(
         for where, attribute, before in reversed(patched):
             setattr(where, attribute, before)
     wall = perf_counter() - start
-    rows = [row[:2] for row in mind.rounds.values() if row[2]]
-    rounds = np.array(rows, np.float64).reshape(-1, 2) / 1e6
+    rows = [row[:3] for row in mind.rounds.values() if row[3]]
+    rounds = np.array(rows, np.float64).reshape(-1, 3) / 1e6
     return Played(status, state.step, digest.hexdigest()[:12], wall, rounds, clock)
 
 
-COLUMNS = ("mean", "p50", "p99", "max", "fields mean", "fields p99", "rest mean", "rest p99")
+COLUMNS = (
+    "mean",
+    "p50",
+    "p99",
+    "max",
+    "fields mean",
+    "fields p99",
+    "paths mean",
+    "paths p99",
+    "rest mean",
+    "rest p99",
+)
 
 
 def figures(rounds: np.ndarray) -> list[float]:
     """The numbers of one run in the order of `COLUMNS` [ms]."""
     if len(rounds) == 0:
         return [0.0] * len(COLUMNS)
-    whole, fields = rounds.T
-    rest = whole - fields
+    whole, fields, paths = rounds.T
+    rest = whole - fields - paths
     return [
         float(number)
         for number in (
@@ -196,6 +221,8 @@ def figures(rounds: np.ndarray) -> list[float]:
             whole.max(),
             fields.mean(),
             np.percentile(fields, 99),
+            paths.mean(),
+            np.percentile(paths, 99),
             rest.mean(),
             np.percentile(rest, 99),
         )
@@ -266,7 +293,8 @@ def big(robots: int, side: int, names: Sequence[str], cell_m: float | None, stra
             f"{name}, {side} x {side} cells at 0.1 m, planning cells of "
             f"{problem.plan.lattice.cell_m:g} m, {robots} robots, {strategy}: {run.status} after "
             f"{run.steps:,} steps, {len(run.rounds):,} rounds, {run.wall_s:.1f} s: {parts}; "
-            f"of decide, fields {run.clock.ns['fields'] / 1e9:.1f} s; run {run.digest}",
+            f"of decide, fields {run.clock.ns['fields'] / 1e9:.1f} s, "
+            f"paths {run.clock.ns['paths'] / 1e9:.1f} s; run {run.digest}",
             flush=True,
         )
 
@@ -286,6 +314,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="file for one line of JSON per row")
     parser.add_argument("--big", action="store_true")
     parser.add_argument("--growth", action="store_true")
+    parser.add_argument("--all", action="store_true")
     parser.add_argument("--cpu", action="store_true", help="processor time instead of the clock")
     given = parser.parse_args()
     if given.cpu:
@@ -300,17 +329,23 @@ def main() -> None:
             with given.json.open("a") as file:
                 file.write(json.dumps(found | {"options": repr(options)}) + "\n")
 
-    if given.big:
-        names = given.builtin or ("office", "cave")
-        strategy = given.strategies[0] if len(given.strategies) == 1 else "pocket-assignment"
-        robots = 64 if given.robots == 8 else given.robots
-        side = 1000 if given.side == 500 else given.side
-        big(robots, side, names, cell_m, strategy)
-        return
-    options: dict[str, Any] = {"radius_m": 0.035, "cell_m": cell_m or 0.1}
+    planning: dict[str, Any] = {"radius_m": 0.035, "cell_m": cell_m or 0.1}
     if given.cell == 0:
-        options = {"radius_m": 0.1, "cell_m": None}
-    if given.growth:
+        planning = {"radius_m": 0.1, "cell_m": None}
+    if given.all or not (given.big or given.growth):
+        grids: list[tuple[str, Any]] = [(item, item) for item in given.maps]
+        if given.all or not grids:
+            names = given.builtin or MAPS
+            grids = [(name, built_in(name, given.side)) for name in names] + grids
+        for label, grid in grids:
+            print(f"\n{label}, {given.robots} robots\n")
+            print_head("strategy")
+            options = dict(planning)
+            if isinstance(grid, str):
+                options["cell_m"] = cell_m or conav.read_map(Path(grid)).resolution
+            for name in given.strategies:
+                row(name, grid, name, robots=given.robots, **options)
+    if given.all or given.growth:
         for name in given.strategies:
             print(f"\n{name} on the office\n")
             print_head("robots, side [cells], range [m]")
@@ -318,20 +353,20 @@ def main() -> None:
             cases += [(8, side, 7.0) for side in (250, 1000)]
             cases += [(8, 500, range_m) for range_m in (3.5, 14.0)]
             for robots, side, range_m in cases:
-                grid = built_in("office", side)
                 first = f"{robots}, {side}, {range_m:g}"
-                row(first, grid, name, robots=robots, range_m=range_m, **options)
-        return
-    grids: list[tuple[str, Any]] = [(item, item) for item in given.maps]
-    if not grids:
-        grids = [(name, built_in(name, given.side)) for name in given.builtin or MAPS]
-    for label, grid in grids:
-        print(f"\n{label}, {given.robots} robots\n")
-        print_head("strategy")
-        if isinstance(grid, str):
-            options["cell_m"] = cell_m or conav.read_map(Path(grid)).resolution
-        for name in given.strategies:
-            row(name, grid, name, robots=given.robots, **options)
+                row(
+                    first,
+                    built_in("office", side),
+                    name,
+                    robots=robots,
+                    range_m=range_m,
+                    **planning,
+                )
+    if given.all or given.big:
+        strategy = given.strategies[0] if len(given.strategies) == 1 else "pocket-assignment"
+        robots = 64 if given.robots == 8 else given.robots
+        side = 1000 if given.side == 500 else given.side
+        big(robots, side, given.builtin or ("office", "cave"), cell_m, strategy)
 
 
 if __name__ == "__main__":

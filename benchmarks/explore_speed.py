@@ -24,7 +24,9 @@ def measure(map_name: object, repeat: int, **options: object) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(repeat + 1):
             start = perf_counter()
-            done = conav.explore(map_name, out=Path(folder) / "run.mcap", **options)
+            done = conav.explore(
+                map_name, strategy="nearest", out=Path(folder) / "run.mcap", **options
+            )
             whole = perf_counter() - start
             rate = done.metrics.steps / done.result.compute_s
             if turn == 0:

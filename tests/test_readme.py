@@ -55,3 +55,10 @@ def test_shown_commands_and_options_exist() -> None:
             for word in words[2:]:
                 if word.startswith("--") and word != "--help":
                     assert word in known, line
+
+
+def test_everything_cited_is_in_the_bibliography() -> None:
+    known = set(re.findall(r"^- \[(\w+)\]", (ROOT / "docs/bibliography.md").read_text(), re.M))
+    for file in [*ROOT.glob("src/**/*.py"), *ROOT.glob("docs/**/*.md")]:
+        cited = re.findall(r"\[([A-Z]\w+(?:19|20)\d\d)\]", file.read_text())
+        assert set(cited) <= known, file

@@ -38,6 +38,17 @@ def refused(outcome: Any) -> str:
             [*FAST, "--radio", "loud"],
             ["radio 'loud'", 'give "perfect", "off", "path-loss" or metres'],
         ),
+        ([*FAST, "--loss", "1"], ["loss 1", "give 0 to 0.99"]),
+        ([*FAST, "--delay", "-1"], ["delay -1", "is out of range"]),
+        ([*FAST, "--energy", "0"], ["energy 0", "is out of range"]),
+        # Faults
+        ([*FAST, "--fault", "robot_7:dies:3"], ["fault 'robot_7:dies:3'", "robot_0 to robot_"]),
+        ([*FAST, "--fault", "robot_0:rests:3"], ["robot_0:rests:3", "robot_2:stalls:50:200"]),
+        ([*FAST, "--fault", "robot_0:dies:soon"], ["has times that are no numbers"]),
+        (
+            [*FAST, "--fault", "robot_0:dies:3", "--fault", "robot_0:dies:4"],
+            ["faults: cannot be: robot 0 dies twice"],
+        ),
         # Settings of the strategy
         ([*FAST, "--set", "keepgoal=1"], ["setting 'keepgoal'", "did you mean keep_goal?"]),
         ([*FAST, "--set", "colour=red"], ["setting 'colour'", "its settings: keep_goal"]),

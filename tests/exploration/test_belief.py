@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from conav.exploration.belief import OPEN, STOOD, TARGET, Belief, new_scratch
+from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief, new_scratch
+from conav.exploration.nearest import Nearest
 from conav.geometry.directions import DCOL, DROW
 from conav.geometry.sight import (
     lateral_limits,
@@ -20,6 +21,10 @@ from conav.geometry.sight import (
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
 from conav.maps.planning_grid import PlanningGrid, planning_grid
+from conav.simulation.engine import engine_for
+from conav.simulation.explore import exploration_problem
+from conav.simulation.observable import observable_cells
+from conav.simulation.world_state import new_world
 
 
 class Scan(NamedTuple):
@@ -347,3 +352,68 @@ def test_the_arrays_handed_out_stay_current() -> None:
     cells = belief.cells
     belief.hear(plan, 0, np.array([0], np.int32), new_scratch(plan))
     assert cells[0, 0] == FREE
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1.5, 3.0, 6.0]))
+def test_frontiers_of_merged_beliefs(seed: int, radio: float) -> None:
+    """Robots that part and meet again: each one's frontier is that of the scans it holds."""
+    rng = np.random.default_rng(seed)
+    rows, cols = (int(rng.integers(5, 14)) for _ in range(2))
+    cells = (rng.random((rows, cols)) < 0.2).astype(np.uint8)
+    cells[0, :3] = 0
+    grid = OccupancyGrid(cells, 1.0)
+    starts = [(0.5, 0.5), (1.5, 0.5), (2.5, 0.5)]
+    options = {"robots": 3, "starts": starts, "cell_m": 1.0, "radius_m": 0.1, "range_m": 2.5}
+    problem, _ = exploration_problem(grid, radio=radio, seed=seed, **options)
+    seen = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
+    state = new_world(problem, Nearest(), seen)
+    engine = engine_for(state)
+    for _ in range(25):
+        events = engine.sense_and_decide(state, [])
+        for robot, belief in enumerate(state.beliefs):
+            known = np.zeros(cells.shape, bool)
+            for origin, count in enumerate(state.held[robot]):
+                for scan in state.scans[origin][:count]:
+                    known.reshape(-1)[scan.seen] = True
+            frontier = np.zeros(cells.shape, np.uint8)
+            for r, c in np.argwhere(known & (problem.plan.walls == FREE)):
+                around = [(r, c + 1), (r, c - 1), (r + 1, c), (r - 1, c)]
+                frontier[r, c] = any(
+                    0 <= r2 < rows and 0 <= c2 < cols and not known[r2, c2] for r2, c2 in around
+                )
+            assert np.array_equal(belief.cells != UNKNOWN, known)
+            assert np.array_equal(belief.frontier, frontier)
+        engine.move(state, events.actions)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), bodies)
+def test_changes_are_counted_where_they_happen(seed: int, body: tuple[float, float]) -> None:
+    """A block whose number has not grown shows the same cells, open places and scans."""
+    rng = np.random.default_rng(seed)
+    ratio, radius = body
+    grid = OccupancyGrid((rng.random((70, 70)) < 0.05).astype(np.uint8), 1.0)
+    plan = planning_grid(grid, cell_m=ratio, radius_m=radius)
+    belief = Belief(plan)
+    scratch = new_scratch(plan)
+    lattice = plan.lattice
+    fine = np.arange(70) // BLOCK
+    rows, cols = lattice.fine_row // BLOCK, lattice.fine_col // BLOCK
+    still = 0
+    for _ in range(5):
+        before = belief.copy()
+        corner = rng.integers(0, 60, 2)
+        seen = np.zeros((70, 70), bool)
+        seen[corner[0] : corner[0] + 20, corner[1] : corner[1] + 20] = True
+        place = int(rng.integers(plan.moves.size))
+        belief.hear(plan, place, np.flatnonzero(seen).astype(np.int32), scratch)
+        assert (belief.changes >= before.changes).all()
+        for r, c in np.argwhere(belief.changes == before.changes):
+            still += 1
+            inside = np.ix_(fine == r, fine == c)
+            assert np.array_equal(belief.cells[inside], before.cells[inside])
+            places = np.ix_(rows == r, cols == c)
+            both = np.uint8(OPEN | STOOD)
+            assert np.array_equal(belief.marks[places] & both, before.marks[places] & both)
+    assert still > 0

@@ -14,8 +14,8 @@ from conav.exploration.nearest import Nearest
 from conav.exploration.types import TeamView
 from conav.geometry.clearance import free_moves
 from conav.geometry.directions import DCOL, DROW, SQRT2
-from conav.geometry.distance_field import Ground
 from conav.geometry.grid_search import SearchSpace, path_to, search
+from conav.geometry.ground import Ground
 from conav.maps.occupancy_grid import FREE, UNKNOWN
 from conav.simulation.engine import engine_for
 from conav.simulation.explore import exploration_problem

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 import conav
+from conav.exploration.belief import Belief, new_scratch
+from conav.exploration.nearest import by_field, by_search
 from conav.exploration.verify import verify_exploration
+from conav.geometry.directions import DCOL, DROW
 from conav.maps.ascii_art import parse_ascii
+from conav.maps.occupancy_grid import OccupancyGrid
+from conav.maps.planning_grid import planning_grid
 
 
 @pytest.mark.parametrize("name", ["office", "maze", "cave", "three-obstacles"])
@@ -30,3 +35,33 @@ def test_one_robot_walks_a_corridor_by_hand() -> None:
     assert done.metrics.path_m == (6.0,)
     assert done.result.covered == (3, 4, 5, 6, 7, 8, 9)
     assert np.count_nonzero(done.result.team_map == 0) == 9
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.3])
+def test_both_ways_to_find_the_nearest_agree(share: float) -> None:
+    """The same goal, and paths of the same length; only which of equal paths may differ."""
+    rng = np.random.default_rng(7)
+    found = 0
+    for _ in range(60):
+        cells = (rng.random((14, 17)) < rng.choice([0.1, 0.35])).astype(np.uint8)
+        plan = planning_grid(OccupancyGrid(cells, 1.0), radius_m=0.1, cell_m=1.0)
+        places = np.flatnonzero(plan.standable)
+        start = int(rng.choice(places))
+        belief = Belief(plan)
+        seen = np.flatnonzero(rng.random(cells.size) < 0.95).astype(np.int32)
+        belief.hear(plan, start, seen, new_scratch(plan))
+        goals = (rng.random(cells.shape) < share).astype(np.uint8) * 2
+        one, two = (find(belief, start, goals, 2) for find in (by_search, by_field))
+        assert one[0] == two[0]
+        assert (one[1] >= 4).sum() == (two[1] >= 4).sum()
+        assert one[2] == len(one[1]) == two[2] == len(two[1])
+        for goal, path, _ in (one, two):
+            if goal < 0:
+                continue
+            found += 1
+            cell = start
+            for k in path[::-1].tolist():
+                assert belief.moves.flat[cell] >> k & 1
+                cell += DROW[k] * 17 + DCOL[k]
+            assert cell == goal
+    assert (found > 60) == (share > 0)

@@ -1,6 +1,6 @@
 """Pockets as tasks from the beginning, and the assignment by distance advantage."""
 
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 import pytest
@@ -87,14 +87,14 @@ def test_costs_are_those_of_the_nearest_place() -> None:
     state = explored(60)
     view = view_of(state)
     tasks = find_tasks(view, state.cells)
-    costs = tasks.costs()
+    costs = tasks.costs
     fields = distance_fields(view.belief, state.cells)
     for robot in range(3):
         for task in range(len(tasks)):
             places = tasks.places[tasks.first[task] : tasks.first[task + 1]]
             assert costs[robot, task] == fields[robot, places].min()
             if np.isfinite(costs[robot, task]):
-                place = tasks.nearest_place(robot, task)
+                place = int(tasks.nearest[robot, task])
                 assert fields[robot, place] == costs[robot, task]
 
 
@@ -103,12 +103,12 @@ def test_advantage_is_the_mean_distance_from_the_others() -> None:
     view = view_of(state)
     tasks = find_tasks(view, state.cells)
     found = mean_distances(view, tasks)
-    nearest = tasks.costs().argmin(axis=0)
+    nearest = tasks.costs.argmin(axis=0)
     total = np.zeros(len(tasks))
     for other in range(len(tasks)):
-        place = tasks.nearest_place(int(nearest[other]), other)
+        place = int(tasks.nearest[nearest[other], other])
         field = distance_fields(view.belief, np.array([place]))
-        total += tasks.nearest(field[:, tasks.places])[0]
+        total += [field[0, tasks.places[one:end]].min() for one, end in pairwise(tasks.first)]
     assert found == pytest.approx(total / (len(tasks) - 1))
 
 
@@ -134,7 +134,7 @@ def test_what_is_kept_does_not_matter(
             tasks, anew = find_tasks(view, state.cells), find_tasks(forgetful, state.cells)
             for name in ("places", "first", "looks_for"):
                 assert np.array_equal(getattr(tasks, name), getattr(anew, name))
-            assert np.array_equal(tasks.costs(), anew.costs())
+            assert np.array_equal(tasks.costs, anew.costs)
             if len(tasks) > 1:
                 compared += 1
                 assert np.array_equal(mean_distances(view, tasks), mean_distances(forgetful, anew))
@@ -147,7 +147,8 @@ def hand_made(costs: list[list[float]]) -> Tasks:
     """Task j is done at planning cell j."""
     table = np.array(costs, dtype=np.float64)
     n = table.shape[1]
-    return Tasks(np.arange(n), np.arange(n + 1), np.arange(n) - 1, table)
+    nearest = np.tile(np.arange(n), (len(table), 1))
+    return Tasks(np.arange(n), np.arange(n + 1), np.arange(n) - 1, table, nearest)
 
 
 numbers = st.one_of(st.just(float("inf")), st.integers(-5, 20).map(float))

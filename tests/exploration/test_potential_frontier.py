@@ -11,6 +11,7 @@ import pytest
 
 import conav
 import conav.exploration.potential_frontier as module
+import conav.geometry.distance_field as distance_field
 import conav.geometry.grid_search as grid_search
 from conav.errors import InputError
 from conav.exploration.belief import TARGET
@@ -190,7 +191,7 @@ def test_it_goes_where_the_fewest_are_nearer() -> None:
                 continue  # no frontier can be stood on
             wanted = (belief.marks & TARGET != 0).astype(np.uint8)
             cells = np.flatnonzero(wanted)
-            piece, count = cut_into_pieces(wanted, cells, S_RANGE)
+            piece, count = cut_into_pieces(cells, belief.marks.shape[1], S_RANGE)
             away = [walk(belief.moves, place) for place in places]
             costs = [
                 [min(d.get(int(cell), np.inf) for cell in cells[piece == p]) for p in range(count)]
@@ -229,13 +230,14 @@ def test_a_step_of_the_game_costs_what_a_decision_of_algorithm_2_costs(
 ) -> None:
     """O(sRange^2) points whatever the map, and no search at all but when it sets out."""
     searches = [0]
-    ordinary = grid_search._search
+    for owner, name in ((grid_search, "_search"), (distance_field, "_spread_out")):
+        ordinary = getattr(owner, name)
 
-    def counted(*arguments: Any) -> int:
-        searches[0] += 1
-        return ordinary(*arguments)
+        def counted(*arguments: Any, ordinary: Any = ordinary) -> Any:
+            searches[0] += 1
+            return ordinary(*arguments)
 
-    monkeypatch.setattr(grid_search, "_search", counted)
+        monkeypatch.setattr(owner, name, counted)
     grid = parse_ascii("\n".join(["." * side] * side))
     # One robot, so that what is counted in a step is its own.
     state = world(PotentialFrontier(), grid, robots=1, range_m=float(s_range))

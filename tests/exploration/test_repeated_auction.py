@@ -202,6 +202,31 @@ def test_bidders_stand_still_for_the_auction() -> None:
     assert second.action == Action(0, 14)
 
 
+def test_a_move_under_way_is_finished_before_the_wait() -> None:
+    """A robot that takes longer than a step to the next cell gets there although others auction."""
+    second = Mind(corridor(1, 9, heard={0: 8}), wait=2.0)
+    second.step()
+    second.step((0, Call(7, (5, 14))))
+    second.step((0, Award(7, (14,))))
+    second.view = second.view._replace(step=9, time_s=9.0)  # the wait is over
+    second.step()
+    assert second.action == Action(0, 14)
+    # It has not arrived when there is another auction.
+    heard = np.where(second.view.heard_step >= 0, 10, -1).astype(np.int32)
+    second.view = second.view._replace(step=10, time_s=10.0, heard_step=heard)
+    second.step()
+    second.step((0, Call(10, (5, 14))))
+    second.step((0, Award(10, (14,))))
+    assert second.action == Action(0, 14)
+    # Once there it stands still, until two seconds after the auction.
+    second.view = second.view._replace(step=11, time_s=11.0, cell=10)
+    second.step()
+    assert second.action == Action(STAY, 14)
+    second.view = second.view._replace(step=12, time_s=12.0)
+    second.step()
+    assert second.action == Action(0, 14)
+
+
 def test_who_wins_nothing_waits_until_it_loses_the_others() -> None:
     second = Mind(corridor(1, 9, heard={0: 8}))
     second.step()

@@ -35,7 +35,7 @@ def test_nobody_says_or_hears_anything(tmp_path: Path) -> None:
     assert done.status == "done"
     assert (done.metrics.messages, done.metrics.bytes) == (0, 0)
     run = conav.read_run(out)
-    assert all(robot["radio"] == {"name": "off", "range_m": 0.0} for robot in run.header["robots"])
+    assert all(robot["radio"]["range_m"] == 0.0 for robot in run.header["robots"])
     assert all(len(step.told) == len(step.said) == 0 for step in run.steps)
     report = conav.verify_exploration(run)
     assert report.accepted, report.lines()

@@ -13,11 +13,13 @@ from conav.geometry.clearance import free_moves
 from conav.geometry.directions import DCOL, DROW, OPPOSITE, SQRT2
 from conav.geometry.distance_field import (
     FieldSpace,
-    Ground,
-    GrowingField,
+    field_buffer,
     fill_distances,
+    nearest_of_groups,
     shortest_path,
 )
+from conav.geometry.ground import Ground
+from conav.geometry.growing_field import GrowingField
 
 
 def lengths(moves: np.ndarray, starts: list[int]) -> np.ndarray:
@@ -56,6 +58,12 @@ def room(rng: np.random.Generator, side: int) -> np.ndarray:
                 moves[r, c] &= ~np.uint8(1 << k)
                 moves[r + DROW[k], c + DCOL[k]] &= ~np.uint8(1 << OPPOSITE[k])
     return moves
+
+
+def all_moves(rows: int, cols: int) -> np.ndarray:
+    """The moves of an empty room."""
+    walls = np.zeros((rows, cols), np.uint8)
+    return np.ascontiguousarray(free_moves(walls, rows, cols, 1.0, 0.1)[:, :, 1])
 
 
 def part_of(moves: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -109,6 +117,43 @@ def test_an_early_end_leaves_the_nearest_of_each_group_exact(seed: int) -> None:
     assert (distance >= exact).all()
     near = exact <= farthest
     assert np.array_equal(distance[near], exact[near])
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds)
+def test_the_shared_buffer_leaves_nothing_behind(seed: int) -> None:
+    """Short searches and long ones, one after the other, over grids of one size."""
+    rng = np.random.default_rng(seed)
+    moves = [part_of(all_moves(12, 12), rng.random((12, 12)) < share) for share in (0.95, 0.6)]
+    for _ in range(8):
+        ground = ground_of(moves[int(rng.integers(2))])
+        starts = rng.integers(0, 144, int(rng.integers(1, 3)))
+        buffer = field_buffer(144)
+        exact = lengths(ground.moves, starts.tolist())
+        if rng.random() < 0.6:
+            goal = rng.integers(0, 144, 1)
+            fill_distances(ground, starts, buffer, np.array([0, 1]), goal)
+            assert buffer[goal[0]] == exact[goal[0]]
+            assert (buffer >= exact).all()
+        else:
+            fill_distances(ground, starts, buffer)
+            assert np.array_equal(buffer, exact)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds)
+def test_nearest_of_groups_by_definition(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    distance = rng.choice([0.0, 1.0, 2.5, np.inf], 30)
+    sizes = rng.integers(1, 6, int(rng.integers(1, 6)))
+    places = rng.integers(0, 30, int(sizes.sum()))
+    first = np.concatenate([[0], np.cumsum(sizes)])
+    costs, nearest = np.empty(len(sizes)), np.empty(len(sizes), dtype=np.int64)
+    nearest_of_groups(distance, first, places, costs, nearest)
+    for j, (one, end) in enumerate(pairwise(first)):
+        group = places[one:end]
+        assert costs[j] == distance[group].min()
+        assert nearest[j] == group[np.argmin(distance[group])]
 
 
 def test_an_early_end_looks_at_less() -> None:

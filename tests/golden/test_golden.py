@@ -15,11 +15,26 @@ FOLDER = Path(__file__).parent
 EVERY = 25  # steps between two lines of a trace
 
 SCENARIOS: dict[str, dict[str, Any]] = {
-    "office": {"map": "office", "robots": 3, "seed": 1},
-    "maze-4-connected": {"map": "maze", "robots": 2, "seed": 4, "motion": "4-connected"},
-    "cave-limited-radio": {"map": "cave", "robots": 4, "seed": 2, "radio": 5.0},
+    "office": {"map": "office", "strategy": "nearest", "robots": 3, "seed": 1},
+    "office-default": {"map": "office", "robots": 3, "seed": 1},
+    "field-default": {"map": "field", "robots": 4, "seed": 1, "range_m": 4.0},
+    "maze-4-connected": {
+        "map": "maze",
+        "strategy": "nearest",
+        "robots": 2,
+        "seed": 4,
+        "motion": "4-connected",
+    },
+    "cave-limited-radio": {
+        "map": "cave",
+        "strategy": "nearest",
+        "robots": 4,
+        "seed": 2,
+        "radio": 5.0,
+    },
     "three-obstacles-forward-turn": {
         "map": "three-obstacles",
+        "strategy": "nearest",
         "robots": 3,
         "seed": 3,
         "motion": "forward-turn",
@@ -28,6 +43,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     },
     "maze-fine-cells-wide-robots": {
         "map": "maze",
+        "strategy": "nearest",
         "robots": 3,
         "seed": 5,
         "cell_m": 0.17,

@@ -17,7 +17,7 @@ def explore(
     /,
     *,
     robots: Whole = 3,
-    strategy: str = "nearest",
+    strategy: str = "lanes-and-pockets",  # the catalogue's default, which costs an import of numpy
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     range: float = 7.0,
     cell: float | None = None,

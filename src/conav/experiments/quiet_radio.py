@@ -19,6 +19,7 @@ from conav.experiments.compare.tables import time_to
 from conav.intervals import Estimate, mean_interval, ratio_interval
 from conav.pictures.output import whole_file
 from conav.pictures.plots import Series, save_points
+from conav.simulation.finish_bounds import NO_BOUNDS
 
 SHARES = (90, 99, 100)
 ROBOTS = 3
@@ -97,6 +98,7 @@ def quiet_radio(
         runs=layouts,
         settings={name: team.settings for name, team in zip(names, teams, strict=True)},
         jobs=jobs,
+        bounds=NO_BOUNDS,
         plots=False,
         progress=progress,
         max_time_s=MAX_TIME_S,

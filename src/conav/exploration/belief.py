@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.geometry.clearance import capsule_is_known
 from conav.geometry.directions import DCOL, DROW
-from conav.geometry.distance_field import Ground
+from conav.geometry.ground import Ground
 from conav.maps.occupancy_grid import FREE, UNKNOWN
 from conav.maps.planning_grid import PlanningGrid
 

@@ -33,7 +33,7 @@ STRATEGIES: dict[str, str] = {
 }
 """Strategy name -> "module:class"; nothing is imported before it is asked for."""
 
-DEFAULT_STRATEGY = "nearest"
+DEFAULT_STRATEGY = "lanes-and-pockets"
 
 
 def strategy_class(name: str) -> type[Any]:

@@ -18,75 +18,75 @@ from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
 from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
-from conav.geometry.distance_field import GrowingField, field_buffer, fill_distances
+from conav.geometry.distance_field import (
+    field_buffer,
+    fill_distances,
+    nearest_of_groups,
+)
+from conav.geometry.growing_field import GrowingField
 from conav.geometry.sight import disc_cells, visible_cells
 from conav.geometry.sight_space import SightSpace, sight_space
 
 
 @dataclass(frozen=True, eq=False)
 class Tasks:
-    """Tasks and the places from which each is done.
+    """Tasks, the places from which each is done, and what it costs each robot to get there.
 
     Places of task j are `places[first[j]:first[j + 1]]`. `looks_for` is the unknown fine cell a
-    pocket is about, -1 for a piece of frontier. Of `lengths` only those to each task's nearest
-    places are exact; to others they may be too large.
+    pocket is about, -1 for a piece of frontier.
     """
 
     places: NDArray[np.int64]  # flat planning cells
     first: NDArray[np.int64]  # (n_tasks + 1,)
     looks_for: NDArray[np.int64]  # (n_tasks,)
-    lengths: NDArray[np.float64]  # (n_robots, n_places) from each robot [planning cells], inf
+    costs: NDArray[np.float64]  # (n_robots, n_tasks) to the nearest place [planning cells], inf
+    nearest: NDArray[np.int64]  # (n_robots, n_tasks) that place, of equals the first
 
     def __len__(self) -> int:
         return len(self.looks_for)
-
-    def costs(self) -> NDArray[np.float64]:
-        """The distance of each task's nearest place, (n_robots, n_tasks) [planning cells]."""
-        return self.nearest(self.lengths)
-
-    def nearest(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The least length to a place of each task, (n, n_tasks), of lengths (n, n_places)."""
-        if len(self) == 0:
-            return np.empty((len(lengths), 0))
-        return np.minimum.reduceat(lengths, self.first[:-1], axis=1)
-
-    def nearest_place(self, robot: int, task: int) -> int:
-        """The place of a task that is nearest to a robot, the first of equals."""
-        start, end = int(self.first[task]), int(self.first[task + 1])
-        return int(self.places[start + np.argmin(self.lengths[robot, start:end])])
-
-    def lengths_from(self, belief: Belief, start: int) -> NDArray[np.float64]:
-        """Path lengths from a planning cell to all places, exact as `lengths` are, (n_places,)."""
-        distance = field_buffer(belief.moves.size)
-        here = np.array([start], dtype=np.int64)
-        fill_distances(belief.ground, here, distance, self.first, self.places)
-        return distance[self.places]
 
 
 KEPT_BYTES = 2**28
 """Fields from the places of tasks are kept, from one assignment to the next, up to this size."""
 
 
-def lengths_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArray[np.float64]:
-    """Path lengths from planning cells to all places, (n_starts, n_places), exact as `lengths` are.
+def costs_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArray[np.float64]:
+    """Path lengths from planning cells to the nearest place of each task, (n_starts, n_tasks).
 
     Made for places of tasks: most are asked for again at the next assignment, when the map has
     grown a little, so their fields are kept and grow with it.
     """
     before: dict[int, GrowingField] = belief.derived.get("fields of tasks", {})
     after: dict[int, GrowingField] = {}
-    lengths = np.empty((len(starts), len(tasks.places)))
-    for row, start in zip(lengths, starts, strict=True):
+    wanted = set(starts)
+    room = KEPT_BYTES // GrowingField.bytes_of(belief.ground) - len(before)
+    spare = [field for start, field in before.items() if start not in wanted]
+    costs = np.empty((len(starts), len(tasks)))
+    nearest = np.empty(len(tasks), dtype=np.int64)
+    for row, start in zip(costs, starts, strict=True):
         field = after.get(start) or before.get(start)
-        if field is None and (len(after) + 1) * GrowingField.bytes_of(belief.ground) <= KEPT_BYTES:
+        if field is None and spare:
+            field = spare.pop()
+            field.restart(start)
+        elif field is None and room > 0:
+            room -= 1
             field = GrowingField(belief.ground, start)
         if field is None:
-            row[:] = tasks.lengths_from(belief, start)
+            distance = _to_tasks(belief, start, tasks)
         else:
             after[start] = field
-            np.take(field.distance, tasks.places, out=row)
+            distance = field.distance
+        nearest_of_groups(distance, tasks.first, tasks.places, row, nearest)
     belief.derived["fields of tasks"] = after
-    return lengths
+    return costs
+
+
+def _to_tasks(belief: Belief, start: int, tasks: Tasks) -> NDArray[np.float64]:
+    """Path lengths from a planning cell, exact as far as the nearest place of every task."""
+    distance = field_buffer(belief.moves.size)
+    here = np.array([start], dtype=np.int64)
+    fill_distances(belief.ground, here, distance, tasks.first, tasks.places)
+    return distance
 
 
 def distance_fields(belief: Belief, starts: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -115,19 +115,19 @@ def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
         parts.append(around)
         sizes.append(len(around))
         looks_for.append(cell)
-    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    places = np.concatenate(parts)
+    shape = (len(positions), len(sizes))
     tasks = Tasks(
-        places,
-        first,
+        np.concatenate(parts),
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         np.array(looks_for, dtype=np.int64),
-        np.full((len(positions), len(places)), np.inf),
+        np.full(shape, np.inf),
+        np.full(shape, -1, dtype=np.int64),
     )
-    for robot, start in enumerate(positions.tolist()):
-        if robot in fields:
-            tasks.lengths[robot] = fields[robot][places]
-        elif len(tasks):
-            tasks.lengths[robot] = tasks.lengths_from(belief, start)
+    if len(tasks):
+        for robot, start in enumerate(positions.tolist()):
+            distance = fields[robot] if robot in fields else _to_tasks(belief, start, tasks)
+            of_robot = (tasks.costs[robot], tasks.nearest[robot])
+            nearest_of_groups(distance, tasks.first, tasks.places, *of_robot)
     return tasks
 
 

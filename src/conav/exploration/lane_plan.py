@@ -193,10 +193,9 @@ def _left_behind(
     lattice = view.lattice
     reach = int(view.body.sensor.range_m / lattice.resolution)
     tasks = find_tasks(view, positions)
-    costs = tasks.costs()
     spots: list[tuple[tuple[int, int], Order]] = []
     for task, cell in enumerate(tasks.looks_for.tolist()):
-        place = tasks.nearest_place(int(np.argmin(costs[:, task])), task)
+        place = int(tasks.nearest[np.argmin(tasks.costs[:, task]), task])
         row, col = divmod(place, lattice.cols)
         if cell >= 0:
             r, c = divmod(cell, lattice.fine_cols)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from conav.exploration.lane_pieces import walls_met
 from conav.exploration.lane_plan import LanePlan, plan_lanes
-from conav.exploration.nearest import NearestMemory, choose_nearest, drive_on
+from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, drive_on
 from conav.exploration.pocket_assignment import check_advantage, plan_pockets
 from conav.exploration.sweep_drive import Sweep, SweepDrive, next_move, place_of, swept
 from conav.exploration.team_assignment import (
@@ -46,9 +46,9 @@ class LanesAndPockets:
 
     advantage: float = 0.5
     """Weight of a task's mean distance from the others against a robot's way to it."""
-    open_below: float = 1.5
+    open_below: float = 1.0
     """Walls met per cell driven below which the team begins to sweep lanes; 0 is never."""
-    closed_above: float = 2.5
+    closed_above: float = 1.5
     """Walls met per cell driven above which the team stops to sweep lanes."""
 
     def __post_init__(self) -> None:
@@ -134,7 +134,7 @@ class _LaneDriver:
     def ask(self, view: TeamView) -> Request:
         """A request that says what was swept; it goes to the nearest frontier until it is told."""
         memory = self.memory
-        choose_nearest(memory.drive, view)
+        choose_nearest(memory.drive, view, by_field)
         done, memory.done = memory.done, None
         return Request(done)
 

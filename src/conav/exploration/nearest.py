@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,12 @@ from conav.exploration.belief import STOOD, TARGET, Belief
 from conav.exploration.types import Action, TeamView
 from conav.exploration.viewpoints import beside_frontier, nearest_viewpoint
 from conav.geometry.directions import DCOL, DROW
-from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
+from conav.geometry.distance_field import (
+    field_buffer,
+    fill_distances,
+    shortest_path,
+    walk_back,
+)
 from conav.geometry.grid_search import path_to, search, search_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.messages.message import Message
@@ -119,40 +125,70 @@ def drive_to(memory: NearestMemory, view: TeamView, goal: int, looks_for: int = 
     return True
 
 
-def choose_nearest(memory: NearestMemory, view: TeamView) -> None:
+Route = tuple[int, NDArray[np.int8], int]
+"""A goal, -1 for none, the moves to it, the last one first, and how many they are."""
+NO_ROUTE: Route = (-1, _NO_PATH, 0)
+
+
+class Find(Protocol):
+    """A way to find the nearest cell whose `goals` share a bit with `mask`, the lower of equals."""
+
+    def __call__(self, belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) -> Route:
+        """The route to it over known moves."""
+        ...
+
+
+def by_search(belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) -> Route:
+    """The route that a search from the robot outwards comes by first."""
+    # A search that finds nothing goes everywhere; often a look at the map tells before.
+    if not _may_be_reached(goals, mask, belief.moves, start):
+        return NO_ROUTE
+    space = search_space(belief.moves.size)
+    goal = search(belief.moves, start, goals, mask, space)
+    if goal < 0:
+        return NO_ROUTE
+    return (goal, *path_to(space, belief.moves.shape[1], goal))
+
+
+def by_field(belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) -> Route:
+    """The route of `shortest_path`; several times faster, and of equal paths often another one."""
+    if not _may_be_reached(goals, mask, belief.moves, start):
+        return NO_ROUTE
+    cells = np.flatnonzero(goals & mask)
+    distance = field_buffer(belief.moves.size)
+    one_group = np.array([0, len(cells)])
+    fill_distances(belief.ground, np.array([start]), distance, one_group, cells)
+    goal = int(cells[np.argmin(distance[cells])])
+    if distance[goal] == np.inf:
+        return NO_ROUTE
+    return (goal, *walk_back(belief.ground, distance, goal))
+
+
+def choose_nearest(memory: NearestMemory, view: TeamView, find: Find = by_search) -> None:
     """Set the nearest goal and the path to it, or none."""
     belief = view.belief
-    space = search_space(belief.moves.size)
     memory.looks_for = -1
     memory.beside = False
-    goal = _nearest(belief, view.cell, belief.marks, TARGET)
+    goal, path, left = find(belief, view.cell, belief.marks, TARGET)
     if goal < 0 and belief.frontier_count.any():
         memory.beside = True
-        goal = _nearest(belief, view.cell, beside_frontier(belief), 1)
+        goal, path, left = find(belief, view.cell, beside_frontier(belief), 1)
         if goal < 0:
             distance = field_buffer(belief.moves.size)
             fill_distances(belief.ground, np.array([view.cell]), distance)
-            goal, memory.looks_for = nearest_viewpoint(
+            there, memory.looks_for = nearest_viewpoint(
                 belief, view.lattice, view.body.sensor, distance
             )
-            if goal >= 0:
-                there = np.zeros_like(belief.marks)
-                there.reshape(-1)[goal] = 1
-                search(belief.moves, view.cell, there, 1, space)
+            if there >= 0:
+                only = np.zeros_like(belief.marks)
+                only.reshape(-1)[there] = 1
+                goal, path, left = find(belief, view.cell, only, 1)
     memory.goal = goal
     if goal < 0:
         memory.idle_since = belief.known
         return
     memory.here = view.cell
-    memory.path, memory.left = path_to(space, view.lattice.cols, goal)
-
-
-def _nearest(belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) -> int:
-    """The nearest cell whose `goals` share a bit with `mask`, as `search`, or -1."""
-    # A search that finds nothing goes everywhere; often a look at the map tells before.
-    if not _may_be_reached(goals, mask, belief.moves, start):
-        return -1
-    return search(belief.moves, start, goals, mask, search_space(belief.moves.size))
+    memory.path, memory.left = path, left
 
 
 @kernel

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from conav.exploration.frontier_tasks import Tasks, find_tasks, lengths_between
+from conav.exploration.frontier_tasks import Tasks, costs_between, find_tasks
 from conav.exploration.team_assignment import Order, TeamMemory, planned_step
 from conav.exploration.types import Action, TeamView
 from conav.messages.message import Message
@@ -61,7 +61,7 @@ def check_advantage(advantage: float) -> None:
 def plan_pockets(advantage: float, view: TeamView, positions: NDArray[np.int32]) -> list[Order]:
     """An order for robots at each of these planning cells."""
     tasks = find_tasks(view, positions)
-    costs = tasks.costs()
+    costs = tasks.costs
     if advantage > 0 and len(tasks) > 1:
         costs = costs - advantage * mean_distances(view, tasks)
     return assign_tasks(tasks, costs)
@@ -73,9 +73,9 @@ def mean_distances(view: TeamView, tasks: Tasks) -> NDArray[np.float64]:
     Measured from the place of the other task that is nearest to any robot; what cannot be reached
     from there counts 0.
     """
-    nearest = tasks.costs().argmin(axis=0)
-    places = [tasks.nearest_place(int(robot), task) for task, robot in enumerate(nearest)]
-    between = tasks.nearest(lengths_between(view.belief, tasks, places))
+    robots = tasks.costs.argmin(axis=0)
+    places = tasks.nearest[robots, np.arange(len(tasks))].tolist()
+    between = costs_between(view.belief, tasks, places)
     return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
 
 
@@ -100,5 +100,5 @@ def assign_tasks(tasks: Tasks, costs: NDArray[np.float64]) -> list[Order]:
             if not row.any():
                 continue
             task = int(np.argmin(np.where(row, costs[robot], np.inf)))
-        orders[robot] = Order(tasks.nearest_place(robot, task), int(tasks.looks_for[task]))
+        orders[robot] = Order(int(tasks.nearest[robot, task]), int(tasks.looks_for[task]))
     return orders

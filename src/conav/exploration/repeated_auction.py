@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import find_pieces, path_costs
-from conav.exploration.nearest import NearestMemory, choose_nearest, keeps_goal
+from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
@@ -142,6 +142,8 @@ class AuctionMemory:
     idle: bool = False  # others won all it could do; waits for the next auction
     company: tuple[int, ...] = ()  # whom it heard when it became idle
     until_s: float = 0.0  # [s] stands still until then
+    asked: tuple[int, int] = (-1, STAY)  # planning cell and direction of the last move it wanted
+    under_way: tuple[int, int] = (-1, STAY)  # the same of one that it began and has not finished
     stands: Standstill = field(default_factory=Standstill)
     stuck: bool = False  # cannot drive; bids for nothing
     began: int = -1  # the last step it began
@@ -165,7 +167,8 @@ class RepeatedAuction:
     """
 
     auction_wait_s: float = 0.0
-    """How long the robots of an auction stand still for it [s]; 0 or more."""
+    """How long the robots of an auction stand still for it [s]; 0 or more. Who is on its way from
+    one cell to the next gets there first."""
     give_up_s: float = 60.0
     """A task has failed when its robot has not got on for this long [s]; until it moves again it
     wins nothing."""
@@ -189,6 +192,7 @@ class RepeatedAuction:
         said: list[Message] = []
         if memory.began < view.step:
             memory.began = view.step
+            memory.under_way = memory.asked
             _reset(memory, view)
             failed = self._fails(memory, view)
             if not _waits(memory, view) and (failed or _task_ended(memory, view)):
@@ -274,7 +278,7 @@ def _ask(memory: AuctionMemory, view: TeamView) -> list[Message]:
     memory.tasks = ()
     memory.idle = False
     # Until it is told it goes where it would go alone; without targets that is all there is to do.
-    choose_nearest(memory.drive, view)
+    choose_nearest(memory.drive, view, by_field)
     if not _any_target(view):
         return []
     auctioneer = _lowest_heard(view)
@@ -387,11 +391,19 @@ def _begin(memory: AuctionMemory, view: TeamView, tasks: tuple[int, ...]) -> Non
 
 def _action(memory: AuctionMemory, view: TeamView) -> Action:
     drive = memory.drive
-    if memory.idle or _waits(memory, view):
+    memory.asked = (-1, STAY)
+    if memory.idle:
         return Action(STAY, drive.goal)
+    waits = _waits(memory, view)
     if drive.goal < 0:
-        return Action(finished=True)
-    return Action(int(drive.path[drive.left - 1]), drive.goal)
+        return Action(STAY) if waits else Action(finished=True)
+    move = (view.cell, int(drive.path[drive.left - 1]))
+    # A diagonal takes longer than a step. Halted on the way it would have to begin anew after each
+    # auction, and where others end tasks all the time would never get there.
+    if waits and move != memory.under_way:
+        return Action(STAY, drive.goal)
+    memory.asked = move
+    return Action(move[1], drive.goal)
 
 
 def _waits(memory: AuctionMemory, view: TeamView) -> bool:

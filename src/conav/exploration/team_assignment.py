@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from conav.exploration.frontier_targets import Targets, find_targets
 from conav.exploration.nearest import (
     NearestMemory,
+    by_field,
     choose_nearest,
     drive_on,
     drive_to,
@@ -190,7 +191,7 @@ class FrontierDriver:
 
     def ask(self, view: TeamView) -> Request:
         """A request; it goes to the nearest frontier until it is told."""
-        choose_nearest(self.drive, view)
+        choose_nearest(self.drive, view, by_field)
         return Request()
 
     def follow(self, view: TeamView, order: Body) -> None:

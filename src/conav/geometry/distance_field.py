@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.directions import DCOL, DROW, SQRT2
+from conav.geometry.ground import Ground
 
 
 class FieldSpace:
@@ -41,11 +42,16 @@ _spaces = threading.local()
 
 
 def field_buffer(size: int) -> NDArray[np.float64]:
-    """This thread's working space for one field of `size` cells (the last size is kept)."""
+    """This thread's working space for one field of `size` cells (the last size is kept).
+
+    `fill_distances` clears only what it wrote there the last time, which for a short search is much
+    less than all; nobody else may write to it.
+    """
     buffer: NDArray[np.float64] | None = getattr(_spaces, "buffer", None)
     if buffer is None or len(buffer) != size:
-        buffer = np.empty(size)
+        buffer = np.full(size, np.inf)
         _spaces.buffer = buffer
+        _spaces.touched = np.zeros(size + 1, dtype=np.int32)  # cells written, [size] how many
     return buffer
 
 
@@ -58,79 +64,6 @@ def _field_space(shape: tuple[int, int]) -> FieldSpace:
         space = FieldSpace(entries, lists)
         _spaces.space = space
     return space
-
-
-class Ground:
-    """Moves, and for each cell what may be left out after each move that reaches it.
-
-    `moves` (rows, cols) has bit k where the move in direction k is possible, and then so is the way
-    back. `update` follows moves that are added in few cells; none may be taken away.
-    """
-
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self.moves = np.zeros(shape, dtype=np.uint8)
-        self.only = np.full(shape[0] * shape[1], 255, dtype=np.uint8)  # as `_mark` says
-        self.added: list[NDArray[np.int64]] = []  # cells that got moves, one array an update
-
-    def copy(self) -> "Ground":
-        """An independent ground with the same moves."""
-        other = object.__new__(Ground)
-        other.moves = self.moves.copy()
-        other.only = self.only.copy()
-        other.added = []
-        return other
-
-    def update(self, moves: NDArray[np.uint8]) -> None:
-        """Take over these moves."""
-        changed = np.flatnonzero(moves != self.moves)
-        if len(changed):
-            self.moves.reshape(-1)[changed] = moves.reshape(-1)[changed]
-            _mark(self.moves, changed, self.only)
-            self.added.append(changed)
-
-
-class GrowingField:
-    """Path lengths from one cell over a ground that grows; brought up to date when asked for."""
-
-    def __init__(self, ground: Ground, start: int) -> None:
-        self._ground = ground
-        self._start = start
-        self._updates = len(ground.added)
-        self._diagonals = np.empty(ground.moves.size, dtype=np.int32)
-        self._distance = np.empty(ground.moves.size)
-        self._begin()
-
-    @staticmethod
-    def bytes_of(ground: Ground) -> int:
-        """The size of a field over a ground."""
-        return 12 * ground.moves.size
-
-    @property
-    def distance(self) -> NDArray[np.float64]:
-        """The lengths (rows * cols,) as `fill_distances` makes them."""
-        self.follow()
-        return self._distance
-
-    def follow(self) -> None:
-        """Take account of the moves added since the last time."""
-        added = self._ground.added[self._updates :]
-        if added:
-            self._updates += len(added)
-            seeds = added[0] if len(added) == 1 else np.concatenate(added)
-            if not self._spread(seeds):
-                self._begin()
-
-    def _begin(self) -> None:
-        done = False
-        while not done:
-            self._distance.fill(np.inf)
-            self._distance[self._start] = 0.0
-            self._diagonals[self._start] = 0
-            done = self._spread(np.array([self._start], dtype=np.int64))
-
-    def _spread(self, seeds: NDArray[np.int64]) -> bool:
-        groups = (_NO_GROUPS, _NO_PLACES)
-        return _spread(self._ground, seeds, self._distance, self._diagonals, *groups) >= 0
 
 
 def fill_distances(
@@ -150,20 +83,26 @@ def fill_distances(
     cells may then hold too large a length.
     """
     if first is None or places is None:
-        first, places = _NO_GROUPS, _NO_PLACES
+        first, places = NO_GROUPS, NO_PLACES
     taken = -1
+    touched = _spaces.touched if distance is getattr(_spaces, "buffer", None) else None
     while taken < 0:
-        distance.fill(np.inf)
+        if touched is None:
+            distance.fill(np.inf)
+        else:
+            _clear(distance, touched)
+            _touch(touched, starts)
         distance[starts] = 0.0
-        taken = _spread(ground, starts, distance, None, first, places)
+        taken = spread(ground, starts, distance, None, touched, first, places)
     return taken
 
 
-def _spread(
+def spread(
     ground: Ground,
     seeds: NDArray[np.int64],
     distance: NDArray[np.float64],
     diagonals: NDArray[np.int32] | None,
+    touched: NDArray[np.int32] | None,
     first: NDArray[np.int64],
     places: NDArray[np.int64],
 ) -> int:
@@ -178,6 +117,7 @@ def _spread(
         seeds,
         distance,
         diagonals,
+        touched,
         first,
         places,
         space.cell,
@@ -203,6 +143,13 @@ def shortest_path(ground: Ground, start: int, goal: int) -> tuple[NDArray[np.int
     fill_distances(ground, np.array([start], dtype=np.int64), distance, _ONE_GROUP, end)
     if not np.isfinite(distance[goal]):
         return np.empty(0, dtype=np.int8), 0
+    return walk_back(ground, distance, goal)
+
+
+def walk_back(
+    ground: Ground, distance: NDArray[np.float64], goal: int
+) -> tuple[NDArray[np.int8], int]:
+    """The path of `shortest_path` from where a field started, whose length to `goal` is exact."""
     path = np.empty(int(distance[goal]) + 1, dtype=np.int8)
     count = _walk_back(ground.moves, distance, goal, path)
     return path[:count], count
@@ -234,103 +181,52 @@ def _walk_back(
 
 
 _ONE_GROUP = np.array([0, 1], dtype=np.int64)
-_NO_GROUPS = np.zeros(1, dtype=np.int64)
-_NO_PLACES = np.empty(0, dtype=np.int64)
+NO_GROUPS = np.zeros(1, dtype=np.int64)
+NO_PLACES = np.empty(0, dtype=np.int64)
 
 
 @kernel
-def _mark(moves: NDArray[np.uint8], changed: NDArray[np.int64], only: NDArray[np.uint8]) -> None:
-    """Set bit k of `only` around changed cells: after a move k nothing but the natural follows.
+def _clear(distance: NDArray[np.float64], touched: NDArray[np.int32]) -> None:
+    """Set the cells that were touched to inf, and forget them."""
+    size = distance.shape[0]
+    count = touched[size]
+    if count > size // 4:
+        distance[:] = np.inf
+    else:
+        for i in range(count):
+            distance[touched[i]] = np.inf
+    touched[size] = 0
 
-    Natural is straight on, and after a diagonal move its two straight parts too.
+
+@kernel
+def _touch(touched: NDArray[np.int32], cells: NDArray[np.int64]) -> None:
+    """Add cells to those touched."""
+    size = touched.shape[0] - 1
+    for i in range(min(cells.shape[0], size)):
+        touched[i] = cells[i]
+    touched[size] = min(cells.shape[0], size)
+
+
+@kernel
+def nearest_of_groups(
+    distance: NDArray[np.float64],
+    first: NDArray[np.int64],
+    places: NDArray[np.int64],
+    costs: NDArray[np.float64],
+    nearest: NDArray[np.int64],
+) -> None:
+    """Write the least distance among each group's places, and the first such place.
+
+    Group j is `places[first[j]:first[j + 1]]`, not empty; `costs` and `nearest` are (groups,).
     """
-    rows, cols = moves.shape
-    done = np.zeros(only.shape[0], dtype=np.uint8)
-    for i in range(changed.shape[0]):
-        row = changed[i] // cols
-        col = changed[i] % cols
-        for r in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-            for c in range(max(col - 1, 0), min(col + 1, cols - 1) + 1):
-                cell = r * cols + c
-                if done[cell] == 1:
-                    continue
-                done[cell] = 1
-                here = moves[r, c]
-                marks = 0
-                for k in range(8):
-                    # Moves come and go, so where none leads back none led here.
-                    if here & (1 << (k ^ 2)) == 0:
-                        marks |= 1 << k
-                        continue
-                    if k < 4:
-                        left = _side_is_clear(moves, r, c, k, (k + 1) % 4, 4 + k, 4 + (k + 1) % 4)
-                        right = _side_is_clear(
-                            moves, r, c, k, (k + 3) % 4, 4 + (k + 3) % 4, 4 + (k + 2) % 4
-                        )
-                        clear = left and right
-                    else:
-                        clear = _diagonal_is_clear(moves, r, c, k)
-                    if clear:
-                        marks |= 1 << k
-                only[cell] = marks
-
-
-@kernel
-def _side_is_clear(
-    moves: NDArray[np.uint8], r: int, c: int, k: int, side: int, fore: int, back: int
-) -> bool:
-    """Whether what lies to one side of a cell reached by a straight move k may be left out.
-
-    `side` is the direction of that side, `fore` and `back` are the diagonals to both sides of it.
-    """
-    here = moves[r, c]
-    r0 = r - DROW[k]
-    c0 = c - DCOL[k]
-    before = moves[r0, c0]
-    if (
-        here & (1 << side)
-        and not before & (1 << fore)
-        # Along the row is preferred as the last move: first aside, then along.
-        and not (
-            k % 2 == 0
-            and before & (1 << side)
-            and moves[r0 + DROW[side], c0 + DCOL[side]] & (1 << k)
-        )
-    ):
-        return False
-    if here & (1 << fore):
-        r1 = r + DROW[side]
-        c1 = c + DCOL[side]
-        if not (before & (1 << fore) and moves[r1, c1] & (1 << k)):
-            return False
-    return not (here & (1 << back) and not before & (1 << side))
-
-
-@kernel
-def _diagonal_is_clear(moves: NDArray[np.uint8], r: int, c: int, k: int) -> bool:
-    """Whether all but the natural may be left out at a cell reached by a diagonal move k."""
-    one = k - 4
-    other = (one + 1) % 4
-    against_one = (one + 2) % 4
-    against_other = (other + 2) % 4
-    here = moves[r, c]
-    before = moves[r - DROW[k], c - DCOL[k]]
-    if here & (1 << against_one) and not before & (1 << other):
-        return False
-    if here & (1 << against_other) and not before & (1 << one):
-        return False
-    # The diagonals to both sides: around the cells beside.
-    if here & (1 << (4 + other)) and not (
-        before & (1 << other) and moves[r + DROW[against_one], c + DCOL[against_one]] & (1 << other)
-    ):
-        return False
-    return not (
-        here & (1 << (4 + against_other))
-        and not (
-            before & (1 << one)
-            and moves[r + DROW[against_other], c + DCOL[against_other]] & (1 << one)
-        )
-    )
+    for j in range(first.shape[0] - 1):
+        nearest[j] = places[first[j]]
+        costs[j] = distance[nearest[j]]
+        for i in range(first[j] + 1, first[j + 1]):
+            length = distance[places[i]]
+            if length < costs[j]:
+                costs[j] = length
+                nearest[j] = places[i]
 
 
 @kernel
@@ -339,7 +235,9 @@ def _spread_out(
     only: NDArray[np.uint8],
     seeds: NDArray[np.int64],
     distance: NDArray[np.float64],
-    diagonals: Any,  # (rows * cols,) int32, or None: compiled apart, which is faster
+    # Compiled apart for None, which is faster.
+    diagonals: Any,  # (rows * cols,) int32 or None
+    touched: Any,  # (rows * cols + 1,) int32 or None
     first: NDArray[np.int64],
     places: NDArray[np.int64],
     e_cell: NDArray[np.int32],
@@ -352,7 +250,8 @@ def _spread_out(
     """How many entries were taken from the queue, -1 where it was too short.
 
     Seeds that are inf do not count. `diagonals` are the diagonal moves among the lengths, kept up
-    to date, or None where all seeds are at 0 and nobody wants to know.
+    to date, or None where all seeds are at 0 and nobody wants to know; to `touched` the cells are
+    added that were inf before.
     """
     cols = moves.shape[1]
     flat = moves.reshape(-1)
@@ -362,6 +261,10 @@ def _spread_out(
     steps = np.empty(8, dtype=np.int64)
     for k in range(8):
         steps[k] = DROW[k] * cols + DCOL[k]
+    size = flat.shape[0]
+    written = 0
+    if touched is not None:
+        written = touched[size]
     groups = first.shape[0] - 1
     settled = 0  # groups before this one have their nearest cell
     used = 0
@@ -432,9 +335,13 @@ def _spread_out(
                 step = steps[k]
                 other = cell + step
                 reached = along + across
-                if reached >= distance[other]:
+                before = distance[other]
+                if reached >= before:
                     continue
                 distance[other] = reached
+                if touched is not None and before == np.inf:
+                    touched[written] = other
+                    written += 1
                 if diagonals is not None:
                     diagonals[other] = more
                 if k < 4:
@@ -446,10 +353,14 @@ def _spread_out(
                         along += 1
                         other += step
                         reached = along + across
-                        if reached >= distance[other]:
+                        before = distance[other]
+                        if reached >= before:
                             ended = True
                             break
                         distance[other] = reached
+                        if touched is not None and before == np.inf:
+                            touched[written] = other
+                            written += 1
                         if diagonals is not None:
                             diagonals[other] = more
                     if ended:
@@ -461,6 +372,8 @@ def _spread_out(
                     new = used
                     used += 1
                 else:
+                    if touched is not None:
+                        touched[size] = written
                     return -1
                 e_cell[new] = other
                 e_diagonals[new] = more
@@ -471,4 +384,6 @@ def _spread_out(
                 head[to] = new
                 live += 1
         level += 1
+    if touched is not None:
+        touched[size] = written
     return taken

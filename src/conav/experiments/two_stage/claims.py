@@ -162,8 +162,9 @@ def smoothness(results: Results) -> Section:
     """Figure 4's claim in numbers."""
     section = Section(
         "Figure 4: regular and smooth trajectories",
-        "Turns, and the angle turned, per metre driven; standing still is no turn. Auctions with a "
-        "wait of 5 s.",
+        "Turns, and the angle turned, per metre driven; standing still is no turn. Of the many "
+        "equally short paths on a grid DTA and RAA take one by a fixed rule, so part of their "
+        "turns is that rule's. Auctions with a wait of 5 s.",
         ("robots", "measure", "TSCA", "DTA", "RAA", "ranking"),
     )
     values: dict[str, Value] = {
