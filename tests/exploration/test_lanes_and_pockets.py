@@ -89,7 +89,7 @@ def test_in_the_open_it_is_earlier_than_by_frontiers_and_pockets_alone() -> None
     times = {
         name: sum(
             conav.explore(
-                empty_world(40.0), strategy=name, robots=3, range_m=4.0, seed=seed
+                empty_world(30.0), strategy=name, robots=3, range_m=4.0, seed=seed
             ).metrics.time_s
             for seed in range(2)
         )
@@ -102,7 +102,7 @@ def test_in_the_open_it_is_earlier_than_by_frontiers_and_pockets_alone() -> None
 
 
 def small(name: str, seed: int) -> OccupancyGrid:
-    sides = {} if name == "three-obstacles" else {"width_m": 16, "height_m": 12}
+    sides = {} if name == "three-obstacles" else {"width_m": 12, "height_m": 9}
     return builtin_map(name, seed=seed, **sides)
 
 
@@ -158,7 +158,6 @@ def test_with_wide_robots_and_a_sensor_that_sees_through_walls(
 REAL = [
     ("maps/navigation2/depot.yaml", 3.5, True),
     ("maps/navigation2/tb3_sandbox.yaml", 2.0, False),
-    ("maps/explore_bench/corner.yaml", 3.0, False),
 ]
 
 
@@ -221,8 +220,8 @@ def test_never_open_it_is_pocket_assignment(name: str, radio: str | float, tmp_p
         {"advantage": "-1"},
         {"advantage": "inf"},
         {"open_below": "-0.1"},
-        {"open_below": "3"},  # more than closed_above
-        {"closed_above": "0.5"},  # less than open_below
+        {"open_below": "1.6"},  # more than closed_above
+        {"closed_above": "0.9"},  # less than open_below
         {"closed_above": "inf"},
         {"open_below": "nan"},
         {"closed_above": "nan"},
@@ -235,7 +234,8 @@ def test_settings_that_mean_nothing_are_refused(values: dict[str, str]) -> None:
 
 
 def test_settings() -> None:
-    assert list(settings_of(make_strategy(NAME))) == ["advantage", "open_below", "closed_above"]
+    expected = {"advantage": 0.5, "open_below": 1.0, "closed_above": 1.5}
+    assert settings_of(make_strategy(NAME)) == expected
     assert make_strategy(NAME, {"open_below": "0", "closed_above": "0"}) == LanesAndPockets(
         open_below=0.0, closed_above=0.0
     )

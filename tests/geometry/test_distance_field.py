@@ -250,7 +250,7 @@ def test_a_queue_that_is_too_short_is_replaced(monkeypatch: pytest.MonkeyPatch) 
 
 @settings(max_examples=150, deadline=None)
 @given(seeds)
-def test_paths_are_shortest_and_the_lowest_seen_from_the_goal(seed: int) -> None:
+def test_paths_are_shortest_and_go_straight_first(seed: int) -> None:
     rng = np.random.default_rng(seed)
     moves = room(rng, 14)
     start, goal = (int(cell) for cell in rng.integers(0, moves.size, 2))
@@ -273,7 +273,7 @@ def test_paths_are_shortest_and_the_lowest_seen_from_the_goal(seed: int) -> None
                 atol=1e-9,
             )
         ]
-        assert k == min(fitting)
+        assert k == min(fitting, key=lambda j: (j < 4, j))  # seen from the goal
         cell -= DROW[k] * moves.shape[1] + DCOL[k]
     assert cell == start
 

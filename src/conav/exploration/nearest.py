@@ -96,6 +96,14 @@ def keeps_goal(memory: NearestMemory, view: TeamView, to_the_end: bool = False) 
     return to_the_end or _wanted(memory, belief)
 
 
+def off_path(memory: NearestMemory, view: TeamView) -> bool:
+    """Whether a goal that was not kept still promises something new, and is somewhere else."""
+    goal = memory.goal
+    if goal < 0 or view.cell in (goal, memory.here) or view.belief.marks.item(goal) & STOOD:
+        return False
+    return _wanted(memory, view.belief)
+
+
 def _wanted(memory: NearestMemory, belief: Belief) -> bool:
     """Whether the goal still promises something new."""
     if memory.looks_for >= 0:

@@ -25,6 +25,7 @@ from conav.exploration.nearest import (
     drive_on,
     drive_to,
     keeps_goal,
+    off_path,
 )
 from conav.exploration.types import Action, TeamView
 from conav.messages.message import Body, Message
@@ -186,8 +187,14 @@ class FrontierDriver:
     drive: NearestMemory
 
     def busy(self, view: TeamView) -> bool:
-        """Whether the goal still promises something new."""
-        return keeps_goal(self.drive, view)
+        """Whether the goal still promises something new; pushed off its path it takes another.
+
+        To ask would have all sent anew, and two robots in a door across each other for ever.
+        """
+        drive = self.drive
+        if keeps_goal(drive, view):
+            return True
+        return off_path(drive, view) and drive_to(drive, view, drive.goal, drive.looks_for)
 
     def ask(self, view: TeamView) -> Request:
         """A request; it goes to the nearest frontier until it is told."""

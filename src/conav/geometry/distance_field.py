@@ -135,8 +135,9 @@ def spread(
 def shortest_path(ground: Ground, start: int, goal: int) -> tuple[NDArray[np.int8], int]:
     """The moves of a shortest path, the last one first, and how many they are; none without a path.
 
-    Of several shortest paths it is the one whose last move has the lowest direction, then the last
-    but one, and so on.
+    Of several shortest paths it is one that goes straight first and then along diagonals: a robot
+    that drives along a frontier then moves straight on, while diagonals first make it zigzag. Of
+    moves alike the last is that of the lowest direction, then the last but one, and so on.
     """
     distance = field_buffer(ground.moves.size)
     end = np.array([goal], dtype=np.int64)
@@ -165,7 +166,8 @@ def _walk_back(
     count = 0
     cell = goal
     while distance[cell] > 0.0:
-        for k in range(8):
+        for j in range(8):
+            k = j ^ 4  # diagonal moves first, as the path is made from its end
             back = k ^ 2  # E and W, N and S, NE and SW, NW and SE
             if flat[cell] & (1 << back) == 0:
                 continue
