@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from conav.exploration.frontier_tasks import find_tasks
 from conav.exploration.lane_pieces import Piece, find_pieces, lay_lanes, wanted_cells
 from conav.exploration.lane_plan import (
     LanePlan,
@@ -295,20 +296,28 @@ def test_more_robots_than_there_is_to_do() -> None:
 
 
 def test_what_is_left_behind_is_visited_once_no_sweep_will_see_it() -> None:
-    cells = empty(40, 40)
-    cells[10:13, 10:13] = OCCUPIED
-    cells[11, 11:] = 0  # a niche, to be seen from one side only
-    state = begun(cells, steps=260, robots=1)
+    state = begun(empty(40, 40), steps=30, robots=1)
     view = view_of(state)
-    lanes = lay_lanes(0, 4.0, view.lattice)
-    niche = view.belief.cells == UNKNOWN
-    wanted = niche.astype(np.uint8)
-    assert _left_behind(lanes, view, state.cells, wanted) == []  # a sweep may see all of it
-    found = _left_behind(lanes, view, state.cells, np.zeros_like(wanted))
-    tasks = [order for _, order in found]
-    assert all(0 <= order.goal < 1600 for order in tasks)
-    for (along, across), order in found:
-        assert along * 40 + across == order.goal
+    unknown = (view.belief.cells == UNKNOWN).astype(np.uint8)
+    for axis in (0, 1):
+        lanes = lay_lanes(axis, 4.0, view.lattice)
+        assert _left_behind(lanes, view, state.cells, unknown) == []  # sweeps may see all of it
+        tasks = find_tasks(view, state.cells)
+        found = _left_behind(lanes, view, state.cells, np.zeros_like(unknown))
+        assert len(found) == len(tasks) > 1  # there are no walls here
+        for task, (where, order) in enumerate(found):
+            assert order == Order(int(tasks.nearest[0, task]), int(tasks.looks_for[task]))
+            assert where == (divmod(order.goal, 40) if axis == 0 else divmod(order.goal, 40)[::-1])
+        # Those within 4 of what a sweep will see are left to it.
+        row, col = divmod(found[0][1].goal, 40)
+        near = np.zeros_like(unknown)
+        near[max(row - 4, 0), col] = 1
+        left = [order for _, order in _left_behind(lanes, view, state.cells, near)]
+        for _, order in found:
+            r, c = divmod(order.goal, 40)
+            if order.looks_for < 0:
+                close = max(abs(r - max(row - 4, 0)), abs(c - col)) <= 4
+                assert (order in left) == (not close)
 
 
 # --- whole runs -------------------------------------------------------------------------------

@@ -89,7 +89,7 @@ def test_in_the_open_it_is_earlier_than_by_frontiers_and_pockets_alone() -> None
     times = {
         name: sum(
             conav.explore(
-                empty_world(40.0), strategy=name, robots=3, range_m=4.0, seed=seed
+                empty_world(30.0), strategy=name, robots=3, range_m=4.0, seed=seed
             ).metrics.time_s
             for seed in range(2)
         )
@@ -102,7 +102,7 @@ def test_in_the_open_it_is_earlier_than_by_frontiers_and_pockets_alone() -> None
 
 
 def small(name: str, seed: int) -> OccupancyGrid:
-    sides = {} if name == "three-obstacles" else {"width_m": 16, "height_m": 12}
+    sides = {} if name == "three-obstacles" else {"width_m": 12, "height_m": 9}
     return builtin_map(name, seed=seed, **sides)
 
 
@@ -158,7 +158,6 @@ def test_with_wide_robots_and_a_sensor_that_sees_through_walls(
 REAL = [
     ("maps/navigation2/depot.yaml", 3.5, True),
     ("maps/navigation2/tb3_sandbox.yaml", 2.0, False),
-    ("maps/explore_bench/corner.yaml", 3.0, False),
 ]
 
 
@@ -173,7 +172,16 @@ def test_real_maps(file: str, range_m: float, lanes: bool, tmp_path: Path) -> No
         nonlocal sweeps
         sweeps += sum(memory.sweep is not None for memory in state.memories)
 
-    explored(tmp_path, Path(data) / file, robots=1, range_m=range_m, seed=1, progress=note)
+    values = {"open_below": 1.5, "closed_above": 2.5} if lanes else {}
+    explored(
+        tmp_path,
+        Path(data) / file,
+        robots=1,
+        range_m=range_m,
+        seed=1,
+        settings=values,
+        progress=note,
+    )
     assert sweeps > 100 or not lanes
 
 
@@ -196,7 +204,7 @@ def test_never_open_it_is_pocket_assignment(name: str, radio: str | float, tmp_p
         conav.explore(grid, strategy=strategy, settings=values, out=path, **options)
         runs.append(read_run(path))
     one, two = runs
-    assert len(one.steps) == len(two.steps) > 20
+    assert len(one.steps) == len(two.steps) > 10
     for first, second in zip(one.steps, two.steps, strict=True):
         assert np.array_equal(first.cells, second.cells)
         assert np.array_equal(first.goals, second.goals)

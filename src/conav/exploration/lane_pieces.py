@@ -149,13 +149,13 @@ def find_pieces(
         rows = np.flatnonzero(side[lane] >= 0)
         if len(rows) == 0:
             continue
-        marks = sorted({int(fine_along[along]) for along in cuts[lane]})
+        marks = sorted({int(np.searchsorted(along_of, along)) for along in cuts[lane]})
         for run in np.split(rows, np.flatnonzero(np.diff(rows) > width) + 1):
             if int(count[lane, run].sum()) < width:
                 strip = slice(int(lanes.edges[lane]), int(lanes.edges[lane + 1]))
                 oriented[run[0] : run[-1] + 1, strip] = 0
                 continue
-            for part in _cut(run, marks, longest, width // 2):
+            for part in _cut(run, marks, longest, width // 2, along_of):
                 # A cell to the side is seen from so far before and behind it.
                 ahead = np.maximum(
                     lanes.limits[np.minimum(side[lane, part], len(lanes.limits) - 1)], 0
@@ -185,9 +185,16 @@ def _drive(
 
 
 def _cut(
-    run: NDArray[np.int64], marks: Sequence[int], most: int, least: int
+    run: NDArray[np.int64],
+    marks: Sequence[int],
+    most: int,
+    least: int,
+    along_of: NDArray[np.int32],
 ) -> list[NDArray[np.int64]]:
-    """A run of rows cut at marks, and in equal parts; parts shorter than `least` are not made."""
+    """A run of rows cut at marks, and in about equal parts; marks nearer than `least` are left out.
+
+    Parts meet between planning cells, so that what is swept of one can be told in planning cells.
+    """
     edges = [int(run[0])]
     for mark in marks:
         if mark - edges[-1] >= least and int(run[-1]) - mark >= least:
@@ -196,9 +203,8 @@ def _cut(
     parts: list[NDArray[np.int64]] = []
     for a, b in pairwise(edges):
         count = max(-(-(b - a) // most), 1)
-        for i in range(count):
-            low = a + (b - a) * i // count
-            high = a + (b - a) * (i + 1) // count
+        inner = [along_of[a + (b - a) * i // count] for i in range(1, count)]
+        for low, high in pairwise([a, *np.searchsorted(along_of, inner).tolist(), b]):
             part = run[np.searchsorted(run, low) : np.searchsorted(run, high)]
             if len(part):
                 parts.append(part)
