@@ -13,6 +13,7 @@ import pytest
 import conav as library
 from conav.cli.explore import parse_points, ratio_text
 from conav.exploration.bounds.bounds import FinishBounds
+from conav.exploration.catalogue import DEFAULT_STRATEGY
 from conav.maps.ascii_art import parse_ascii
 
 FAST = ("explore", "three-obstacles", "--robots", "2", "--seed", "3")
@@ -65,7 +66,7 @@ def test_the_json_of_a_run(conav: Any) -> None:
     assert set(summary) == KEYS | MORE
     assert summary["job"] == "explore"
     assert summary["map"] == "three-obstacles"
-    assert (summary["strategy"], summary["robots"], summary["seed"]) == ("nearest", 2, 3)
+    assert (summary["strategy"], summary["robots"], summary["seed"]) == (DEFAULT_STRATEGY, 2, 3)
     assert summary["status"] == "done"
     assert summary["coverage"] == 1.0
     assert summary["t90_s"] <= summary["t95_s"] <= summary["t99_s"] <= summary["t100_s"]
@@ -116,7 +117,7 @@ def test_the_summary_for_people(conav: Any) -> None:
     assert outcome.code == 0
     assert outcome.err == ""
     first, second, *_ = outcome.out.splitlines()
-    assert first == "three-obstacles, 40 x 40 m: 2 robots, nearest, seed 3"
+    assert first == "three-obstacles, 40 x 40 m: 2 robots, lanes-and-pockets, seed 3"
     assert second.startswith("  done: 100 % of ")
     said = r"  [\d.]+ to [\d.]+ times the best possible time: no team takes less than [\d.]+ s, "
     assert re.search(said + r"one that knows the map took [\d.]+ s\n", outcome.out)
@@ -208,9 +209,9 @@ def test_warnings_go_to_standard_error(conav: Any) -> None:
 
 
 def test_settings_reach_the_strategy(conav: Any) -> None:
-    conav(*FAST, "--set", "keep-goal=true", "--out", "run.mcap", "--quiet")
+    conav(*FAST, "--strategy", "nearest", "--set", "keep-goal=true", "--out", "run.mcap", "--quiet")
     assert library.read_run("run.mcap").header["settings"] == {"keep_goal": True}
-    conav(*FAST, "--set", "keep_goal=0", "--out", "run.mcap", "--quiet")
+    conav(*FAST, "--strategy", "nearest", "--set", "keep_goal=0", "--out", "run.mcap", "--quiet")
     assert library.read_run("run.mcap").header["settings"] == {"keep_goal": False}
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 FAST = ("explore", "three-obstacles", "--robots", "2")
+NEAREST = (*FAST, "--strategy", "nearest")
 
 
 def refused(outcome: Any) -> str:
@@ -50,11 +51,11 @@ def refused(outcome: Any) -> str:
             ["faults: cannot be: robot 0 dies twice"],
         ),
         # Settings of the strategy
-        ([*FAST, "--set", "keepgoal=1"], ["setting 'keepgoal'", "did you mean keep_goal?"]),
-        ([*FAST, "--set", "colour=red"], ["setting 'colour'", "its settings: keep_goal"]),
-        ([*FAST, "--set", "keep_goal=maybe"], ["setting 'keep_goal'", "'maybe'", "nearest.md"]),
+        ([*NEAREST, "--set", "keepgoal=1"], ["setting 'keepgoal'", "did you mean keep_goal?"]),
+        ([*NEAREST, "--set", "colour=red"], ["setting 'colour'", "its settings: keep_goal"]),
+        ([*NEAREST, "--set", "keep_goal=maybe"], ["setting 'keep_goal'", "'maybe'", "nearest.md"]),
         ([*FAST, "--set", "keep_goal"], ["--set keep_goal", "write --set name=value"]),
-        ([*FAST, "--set", "=1"], ["--set =1", "write --set name=value"]),
+        ([*NEAREST, "--set", "=1"], ["--set =1", "write --set name=value"]),
         # Numbers
         ([*FAST[:2], "--robots", "0"], ["robots 0", "give 1 to 1024"]),
         ([*FAST[:2], "--robots", "-1"], ["robots -1", "give 1 to 1024"]),

@@ -15,7 +15,8 @@ def test_every_problem_option_is_heard(tmp_path: Path) -> None:
         *("--motion", "4-connected", "--sensor", "disc", "--radio", "4", "--max-time", "500"),
         *("--loss", "0.25", "--delay", "1.5", "--energy", "9000"),
         *("--fault", "robot_1:stalls:2:4", "--fault", "robot_0:dies:400"),
-        *("--starts", "0.7,0.7 1.3,0.7", "--set", "keep_goal=true", "--outside"),
+        *("--starts", "0.7,0.7 1.3,0.7", "--strategy", "nearest"),
+        *("--set", "keep_goal=true", "--outside"),
     )
     run([*QUICK, *options, "--out", str(path), "--quiet"])
     header = conav.read_run(path).header
