@@ -42,7 +42,7 @@ ROOMS = (
 
 
 def explored(path: Path, map: Any, **problem: Any) -> Run:
-    conav.explore(map, strategy="nearest", out=path, **problem)
+    conav.explore(map, out=path, **{"strategy": "nearest", **problem})
     return read_run(path)
 
 
