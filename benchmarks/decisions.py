@@ -54,6 +54,7 @@ STRATEGIES = (
     "decision-theoretic",
     "repeated-auction",
     "pocket-assignment",
+    "lanes-and-pockets",
 )
 MAPS = ("office", "cave", "maze", "field")
 FIELDS = (frontier_targets, frontier_tasks, repeated_auction, sequential_auction)
