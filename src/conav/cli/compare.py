@@ -131,7 +131,8 @@ def compare(
 
     if not quiet and not compiled_before():
         print(
-            "conav: compiling the kernels; this happens once and takes up to a minute", file=sys.stderr
+            "conav: compiling the kernels; this happens once and takes up to a minute",
+            file=sys.stderr,
         )
     with _Progress(shown=not quiet) as progress:
         made = run(

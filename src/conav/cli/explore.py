@@ -132,7 +132,8 @@ def explore(
     check_effort(bounds)
     if not quiet and not compiled_before():
         print(
-            "conav: compiling the kernels; this happens once and takes up to a minute", file=sys.stderr
+            "conav: compiling the kernels; this happens once and takes up to a minute",
+            file=sys.stderr,
         )
     with tempfile.TemporaryDirectory(prefix="conav-") as folder:
         # Pictures are drawn from the run file; without --out it is a temporary one.
