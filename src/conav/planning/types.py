@@ -50,9 +50,9 @@ class PlanningRobot:
     `task` is a formula of finite linear temporal logic over the names of `regions`; its word is the
     sequence of sets of regions the robot's centre is in, a letter at each change.
 
-    `start` is (x, y) for a single integrator, (x, y, vx, vy) for a double integrator, (x, y, heading
-    [rad]) for a Dubins car. After arrival a robot stays where it is and is in everybody's way, or
-    vanishes.
+    `start` is (x, y) for a single integrator, (x, y, vx, vy) for a double integrator, and (x, y,
+    heading [rad]) for a Dubins car. After arrival a robot stays where it is and is in everybody's
+    way, or vanishes.
     """
 
     name: str
