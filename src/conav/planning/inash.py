@@ -66,7 +66,10 @@ class _Game:
         self.budget = budget
         self.draws = Draws(robot_seed(seed, "/order"))
         self.feasibility = Feasibility(
-            Draws(robot_seed(seed, "/feasibility")), settings.orders, settings.repairs
+            Draws(robot_seed(seed, "/feasibility")),
+            settings.orders,
+            settings.repairs,
+            settings.batch,
         )
 
     def iterate(self, samples: int) -> None:
