@@ -1,13 +1,15 @@
 """Scenes several tests plan in: the fixture `scenes` has a function for each."""
 
 import math
+from itertools import combinations, pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import shapely
 
 from conav.maps.polygon_map import PolygonMap
-from conav.planning.types import PlanningProblem, PlanningRobot, Region
+from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
 
 SQUARE = PolygonMap([(0, 0), (20, 0), (20, 20), (0, 20)])
 
@@ -63,8 +65,80 @@ def errand() -> PlanningProblem:
     return PlanningProblem(SQUARE, (robot,), 90.0, discs(8, 3))
 
 
+def check(problem: PlanningProblem, result: PlanningResult) -> None:
+    """Every trajectory is driven as its robot can, free of walls and discs, and apart."""
+    walls = shapely.boundary(problem.floor.polygon)
+    for robot, trajectory, costs in zip(
+        problem.robots, result.trajectories, result.costs, strict=True
+    ):
+        if trajectory is None:
+            assert np.isinf(costs).all()
+            continue
+        pieces = trajectory.pieces
+        t0, t1, x, y, vx, vy = pieces[:, :6].T
+        assert t0[0] == 0.0
+        assert (x[0], y[0]) == robot.start
+        assert np.array_equal(t0[1:], t1[:-1])
+        assert t1[-1] <= problem.horizon_s
+        assert np.abs(x[1:] - (x + vx * (t1 - t0))[:-1]).max(initial=0) < 1e-9
+        assert np.abs(y[1:] - (y + vy * (t1 - t0))[:-1]).max(initial=0) < 1e-9
+        assert np.hypot(vx, vy).max() <= robot.speed_mps * (1 + 1e-9)
+        length = float((np.hypot(vx, vy) * (t1 - t0)).sum())
+        by_name = {"length": length, "duration": t1[-1]}
+        for component, cost in zip(problem.costs, costs, strict=True):
+            assert math.isclose(cost, by_name[component], abs_tol=1e-9)
+        for row in pieces:
+            end = row[2:4] + row[4:6] * (row[1] - row[0])
+            way = shapely.LineString([row[2:4], end])
+            assert walls.distance(way) >= robot.radius_m - 1e-9
+            for u, v, r in problem.discs:
+                assert shapely.Point(u, v).distance(way) >= robot.radius_m + r - 1e-9
+        if robot.task == "F goal":
+            at = shapely.Point(end)
+            assert (
+                at.distance(shapely.Point(robot.regions["goal"].disc[:2]))
+                <= (robot.regions["goal"].disc[2])
+            )
+    driving = [i for i, each in enumerate(result.trajectories) if each is not None]
+    for i, j in combinations(driving, 2):
+        needed = problem.robots[i].radius_m + problem.robots[j].radius_m + problem.margin_m
+        assert apart(problem, result, i, j) >= needed - 1e-9
+
+
+def apart(problem: PlanningProblem, result: PlanningResult, i: int, j: int) -> float:
+    """The least distance of two robots: between all times at which one of them turns."""
+    tracks = []
+    for robot in (i, j):
+        pieces = result.trajectories[robot].pieces
+        end = pieces[-1]
+        points = [(row[0], row[2], row[3]) for row in pieces]
+        dt = end[1] - end[0]
+        points.append((end[1], end[2] + end[4] * dt, end[3] + end[5] * dt))
+        if problem.robots[robot].after_arrival == "stay":
+            points.append((problem.horizon_s, *points[-1][1:]))
+        tracks.append(np.array(points))
+    last = min(track[-1, 0] for track in tracks)
+    times = np.unique(np.concatenate([track[:, 0] for track in tracks]))
+    times = times[times <= last]
+    at = [
+        np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
+        for track in tracks
+    ]
+    between = at[0] - at[1]
+    least = np.inf
+    for a, b in pairwise(between):
+        least = min(least, shapely.Point(0, 0).distance(shapely.LineString([a, b])))
+    return least
+
+
 @pytest.fixture(scope="session")
 def scenes() -> SimpleNamespace:
     return SimpleNamespace(
-        antipodal=antipodal, bay=bay, errand=errand, discs=discs, disc=disc, square=SQUARE
+        antipodal=antipodal,
+        bay=bay,
+        errand=errand,
+        discs=discs,
+        disc=disc,
+        square=SQUARE,
+        check=check,
     )
