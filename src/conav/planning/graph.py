@@ -94,7 +94,11 @@ class Surroundings(NamedTuple):
 
     @property
     def arrays(self) -> "SurroundingArrays":
-        return (*self.obstacles, *self.regions, self.masks, self.limits, self.rule)
+        grid, starts, items, shapes = self.obstacles
+        discs, rings, sides = self.regions
+        return (
+            grid, starts, items, shapes, discs, rings, sides, self.masks, self.limits, self.rule
+        )  # fmt: skip
 
 
 class Graph(NamedTuple):
@@ -350,9 +354,9 @@ def insert(
                     first = label
                     last = label
                     if tail == new:
-                        last = masks[links[other, LETTER]]
+                        last = int(masks[links[other, LETTER]])
                     else:
-                        first = masks[links[other, LETTER]]
+                        first = int(masks[links[other, LETTER]])
                     changes = 0
                     if first != last or meets_regions(discs, rings, ax, ay, bx, by):
                         changes = segment_word(
