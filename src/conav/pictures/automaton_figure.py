@@ -115,7 +115,9 @@ def _extent(text: str) -> tuple[float, float]:
     from matplotlib.textpath import TextPath
 
     font = FontProperties(size=_SIZE)
-    widths = [TextPath((0.0, 0.0), line, prop=font).get_extents().width for line in text.split("\n")]
+    widths = [
+        TextPath((0.0, 0.0), line, prop=font).get_extents().width for line in text.split("\n")
+    ]
     return max(widths) / 72.0 + 0.05, len(widths) * 1.2 * _SIZE / 72.0 + 0.03
 
 

@@ -113,7 +113,7 @@ def _columns(n_states: int, edges: Sequence[Edge]) -> list[list[int]]:
                 beside = [height[q] for p, q in links if p == state and q not in some]
                 beside += [height[p] for p, q in links if q == state and p not in some]
                 wanted[state] = sum(beside) / len(beside) if beside else height[state]
-            some.sort(key=lambda state: wanted[state])  # noqa: B023 - sorted at once
+            some.sort(key=lambda state: wanted[state])
             height |= {s: i - (len(some) - 1) / 2 for i, s in enumerate(some)}
     return columns
 
@@ -167,7 +167,7 @@ def _bends(states: Points, edge: Edge) -> _Ways:
     start, end = states[edge.source], states[edge.target]
     along = (end - start) / np.hypot(*(end - start))
     side = np.array([-along[1], along[0]])
-    t = np.linspace(0.0, 1.0, 201)[:, None]
+    t = np.linspace(0.0, 1.0, 1601)[:, None]
     curves: list[Points] = []
     labels: list[Points] = []
     for height in _HEIGHTS:
@@ -213,9 +213,7 @@ def _least(costs: NDArray[np.float64]) -> tuple[int, int]:
     return int(curve), int(label)
 
 
-def _in_the_way(
-    states: Points, entry: Points, edge: Edge, way: _Ways
-) -> NDArray[np.float64]:
+def _in_the_way(states: Points, entry: Points, edge: Edge, way: _Ways) -> NDArray[np.float64]:
     """How many states and whether the first arrow are covered, (n_curves, n_labels)."""
     others = np.delete(states, (edge.source, edge.target), axis=0)
     curves = _apart(way.curves[:, :, None], others).min(axis=1) < RADIUS + _GAP
