@@ -1,9 +1,10 @@
 """Where the states, arrows and labels of an automaton go, so that none covers another.
 
 States stand in columns, the initial one to the left and each arrow that does not lead back going
-to the right. Every arrow then has some ways to bend and some places for its label, and they are
-chosen in turn, each as well as the others allow, until nothing changes. Where something still
-covers something the drawing is made wider. All lengths are in inches.
+to the right. Every arrow then has some ways to bend and some places for its label. What each way
+costs by itself and each two together is tabulated, and ways are chosen so that no two arrows can
+do better. Where something still covers something the drawing is made wider. All lengths are in
+inches.
 """
 
 from collections.abc import Sequence
@@ -22,13 +23,14 @@ Points = NDArray[np.float64]  # (..., 2)
 
 _GAP = 0.08  # between things that must not touch
 _NEAR = 0.1  # between arrows that would look like one
-_SAMPLES = 65  # points on an arrow
-_COARSE = 4  # of which every so many are looked at where arrows are compared
-_HEIGHTS = (0.0, 0.3, -0.3, 0.55, -0.55, 0.85, -0.85, 1.2, -1.2, 1.6, -1.6, 2.1, -2.1)
-_SHARES = (0.5, 0.42, 0.58, 0.34, 0.66, 0.27, 0.73)
+_SAMPLES = 66  # points on an arrow
+_COARSE = 5  # of which every so many are looked at where arrows are compared
+_HEIGHTS = (0.0, 0.3, -0.3, 0.6, -0.6, 1.0, -1.0, 1.5, -1.5, 2.1, -2.1)
+_SHARES = (0.5, 0.41, 0.59, 0.32, 0.68)
 _LOOP_ANGLES = (90, 270, 60, 120, 240, 300, 0, 180)  # degrees
 _LOOP_LENGTH = 0.36
 _SWEEPS = 8
+_LITTLE = 1e-9  # which no change is made for
 _TRIES = 6
 _GROWTH = 1.2
 
@@ -136,30 +138,63 @@ class _Ways(NamedTuple):
 
 
 def _placed(states: Points, edges: Sequence[Edge]) -> Layout:
-    ways = [_loops(states, edge) if edge.source == edge.target else _bends(states, edge)
-            for edge in edges]  # fmt: skip
+    ways = [
+        _loops(states, edge) if edge.source == edge.target else _bends(states, edge)
+        for edge in edges
+    ]
     entry = np.linspace(states[0] - (RADIUS + ENTRY, 0.0), states[0] - (RADIUS, 0.0), _SAMPLES)
-    # What does not depend on the other arrows is added up once.
     alone = [
-        way.badness + _COVERED * _in_the_way(states, entry, edge, way)
+        (way.badness + _COVERED * _in_the_way(states, entry, edge, way)).ravel()
         for edge, way in zip(edges, ways, strict=True)
     ]
-    chosen = [_least(costs) for costs in alone]
-    chord = [float(np.hypot(*(states[e.target] - states[e.source]))) for e in edges]
-    order = sorted(range(len(edges)), key=lambda i: (chord[i], i))
-    for _ in range(_SWEEPS):
-        before = list(chosen)
-        for i in order:
-            others = [j for j in range(len(edges)) if j != i]
-            if others:
-                chosen[i] = _least(alone[i] + _among(i, others, edges, ways, chosen))
-        if chosen == before:
-            break
+    together: dict[tuple[int, int], NDArray[np.float64]] = {}
+    for i in range(len(edges)):
+        for j in range(i):
+            together[i, j] = _pair(edges[i], ways[i], edges[j], ways[j])
+            together[j, i] = together[i, j].T
+    chosen = _choose(alone, together)
     arrows: list[Arrow] = []
-    for way, (curve, label) in zip(ways, chosen, strict=True):
+    for way, which in zip(ways, chosen, strict=True):
+        curve, label = divmod(which, way.labels.shape[1])
         x, y = way.labels[curve, label].tolist()
         arrows.append(Arrow(way.curves[curve], (x, y)))
     return Layout(states, tuple(arrows), clashes(states, edges, arrows))
+
+
+def _choose(
+    alone: list[NDArray[np.float64]], together: dict[tuple[int, int], NDArray[np.float64]]
+) -> list[int]:
+    """A way for each edge, such that no edge and no two edges can choose better by themselves.
+
+    `alone[i][a]` is what way a of edge i costs, and `together[i, j][a, b]` what it costs besides
+    where edge j takes way b.
+    """
+    n = len(alone)
+    chosen = [int(costs.argmin()) for costs in alone]
+
+    def costs_of(i: int, without: int) -> NDArray[np.float64]:
+        costs = alone[i].copy()
+        for j in range(n):
+            if j not in (i, without):
+                costs += together[i, j][:, chosen[j]]
+        return costs
+
+    for _ in range(_SWEEPS):
+        before = list(chosen)
+        for i in range(n):
+            costs = costs_of(i, i)
+            best = int(costs.argmin())
+            if costs[best] < costs[chosen[i]] - _LITTLE:
+                chosen[i] = best
+        for i in range(n):
+            for j in range(i):
+                costs = costs_of(i, j)[:, None] + costs_of(j, i) + together[i, j]
+                a, b = divmod(int(costs.argmin()), costs.shape[1])
+                if costs[a, b] < costs[chosen[i], chosen[j]] - _LITTLE:
+                    chosen[i], chosen[j] = a, b
+        if chosen == before:
+            break
+    return chosen
 
 
 def _bends(states: Points, edge: Edge) -> _Ways:
@@ -208,66 +243,57 @@ def _half(edge: Edge) -> Points:
     return np.array([edge.width, edge.height]) / 2
 
 
-def _least(costs: NDArray[np.float64]) -> tuple[int, int]:
-    curve, label = np.unravel_index(int(costs.argmin()), costs.shape)
-    return int(curve), int(label)
-
-
 def _in_the_way(states: Points, entry: Points, edge: Edge, way: _Ways) -> NDArray[np.float64]:
     """How many states and whether the first arrow are covered, (n_curves, n_labels)."""
     others = np.delete(states, (edge.source, edge.target), axis=0)
     curves = _apart(way.curves[:, :, None], others).min(axis=1) < RADIUS + _GAP
-    labels = _under(states, way.labels, way.half, RADIUS)
-    first = _under(entry, way.labels, way.half, 0.0).any(axis=-1)
+    labels = _on_states(states, way.labels, way.half)
+    first = _under(entry, way.labels, way.half)
     across = _apart(way.curves[:, :, None], entry).min(axis=(1, 2)) < _NEAR
     return (curves.sum(axis=1) + across)[:, None] + labels.sum(axis=-1) + first
 
 
-def _among(
-    i: int,
-    others: list[int],
-    edges: Sequence[Edge],
-    ways: Sequence[_Ways],
-    chosen: Sequence[tuple[int, int]],
-) -> NDArray[np.float64]:
-    """How much an edge and its label get in the way of the others, (n_curves, n_labels)."""
-    way = ways[i]
-    own = way.curves[:, ::_COARSE]
-    curves = np.array([ways[j].curves[chosen[j][0], ::_COARSE] for j in others])  # (n_others, m, 2)
-    labels = np.array([ways[j].labels[chosen[j]] for j in others])  # (n_others, 2)
-    halves = np.array([ways[j].half for j in others])
-    gaps = np.abs(way.labels[:, :, None] - labels)
-    meet = (gaps < way.half + halves + _GAP / 2).all(axis=-1).sum(axis=-1)
-    under = _under(curves, way.labels[:, :, None], way.half, 0.0).any(axis=-1).sum(axis=-1)
-    gaps = np.abs(own[:, None] - labels[:, None])
-    over = (gaps < halves[:, None] + _GAP / 2).all(axis=-1).any(axis=-1).sum(axis=-1)
-    gaps = own[:, None, :, None] - curves[:, None]
+def _pair(edge: Edge, way: _Ways, other: Edge, its: _Ways) -> NDArray[np.float64]:
+    """How much two edges are in each other's way, for each way of the one and of the other."""
+    own, others = way.curves[:, ::_COARSE], its.curves[:, ::_COARSE]
+    gaps = own[:, None, :, None] - others[:, None]
     near = (gaps[..., 0] ** 2 + gaps[..., 1] ** 2).min(axis=-1) < _NEAR**2
-    # Arrows of one state meet at it, which is no fault.
-    ends = {edges[i].source, edges[i].target}
-    allowed = np.array([2 * len(ends & {edges[j].source, edges[j].target}) for j in others])
-    along = np.maximum(near.sum(axis=-1) - allowed, 0).sum(axis=-1)  # (n_curves,)
-    crossed = _crossings(own, curves).sum(axis=-1)
-    feet = _apart(own[:, None, [0, -1], None], curves[:, None][:, :, [0, -1]]) < _FOOT
-    together = feet.sum(axis=(1, 2, 3))
-    curve_costs = (
-        _ALONG * along / own.shape[1] + _CROSSED * crossed + _TOGETHER * together + _COVERED * over
+    # Arrows of one state meet at it, which is no fault as long as their ends are apart.
+    shared = len({edge.source, edge.target} & {other.source, other.target})
+    along = np.maximum(near.sum(axis=-1) - 2 * shared, 0)
+    feet = _apart(own[:, (0, -1)][:, None, :, None], others[:, (0, -1)][:, None]) < _FOOT
+    curves = (
+        _ALONG * along / own.shape[1]
+        + _CROSSED * _crossings(own, others)
+        + _TOGETHER * feet.sum(axis=(-1, -2))
+    )  # (own curves, other curves)
+    on = _under(its.curves[:, ::2], way.labels[:, :, None], way.half)
+    under = _under(way.curves[:, ::2], its.labels[:, :, None], its.half)
+    gaps = np.abs(way.labels[:, :, None, None] - its.labels)
+    meet = (gaps < way.half + its.half + _GAP / 2).all(axis=-1)
+    costs = (
+        curves[:, None, :, None]
+        + _COVERED * on[:, :, :, None]
+        + _COVERED * under.transpose(2, 0, 1)[:, None]
+        + 2 * _COVERED * meet
     )
-    return curve_costs[:, None] + _COVERED * (2.0 * meet + under)
+    return costs.reshape(way.badness.size, its.badness.size)
 
 
 def _crossings(own: Points, others: Points) -> NDArray[np.bool_]:
     """Which of the curves, (n, m, 2), cross which of the others, (k, m, 2): shape (n, k)."""
-    a, b = own[:, None, :-1, None], own[:, None, 1:, None]
-    c, d = others[None, :, None, :-1], others[None, :, None, 1:]
-    apart = _turn(a, b, c) != _turn(a, b, d)
-    return (apart & (_turn(c, d, a) != _turn(c, d, b))).any(axis=(-1, -2))
+    left = _left(own[:, None], others)  # (n, k, m - 1, m)
+    right = _left(others, own[:, None])
+    parted = left[..., 1:] != left[..., :-1]  # others' segments by the lines of own ones
+    return (parted & (right[..., 1:] != right[..., :-1]).swapaxes(-1, -2)).any(axis=(-1, -2))
 
 
-def _turn(a: Points, b: Points, c: Points) -> NDArray[np.bool_]:
-    """Whether c lies to the left of the line from a to b."""
-    (ax, ay), (bx, by), (cx, cy) = (np.moveaxis(each, -1, 0) for each in (a, b, c))
-    return (bx - ax) * (cy - ay) > (by - ay) * (cx - ax)
+def _left(curve: Points, points: Points) -> NDArray[np.bool_]:
+    """Whether each point, (..., k, 2), is left of the line of each segment, (..., m - 1, k)."""
+    x, y = curve[..., :-1, None, 0], curve[..., :-1, None, 1]
+    along_x, along_y = np.diff(curve[..., 0])[..., None], np.diff(curve[..., 1])[..., None]
+    beyond_x, beyond_y = points[..., None, :, 0] - x, points[..., None, :, 1] - y
+    return along_x * beyond_y > along_y * beyond_x
 
 
 def clashes(states: Points, edges: Sequence[Edge], arrows: Sequence[Arrow]) -> int:
@@ -277,10 +303,10 @@ def clashes(states: Points, edges: Sequence[Edge], arrows: Sequence[Arrow]) -> i
         others = np.delete(states, (edge.source, edge.target), axis=0)
         label, half = np.array(arrow.label), _half(edge)
         count += int((_apart(arrow.points[:, None], others) < RADIUS).any(axis=0).sum())
-        count += int(_under(states, label, half, RADIUS).sum())
+        count += int(_on_states(states, label, half).sum())
         for j, (other, placed) in enumerate(zip(edges, arrows, strict=True)):
             if i != j:
-                count += bool(_under(placed.points, label, half, 0.0).any())
+                count += bool(_under(placed.points, label, half))
             if i < j:
                 gaps = np.abs(label - np.array(placed.label))
                 count += bool((gaps < half + _half(other)).all())
@@ -293,10 +319,14 @@ def _apart(a: Points, b: Points) -> NDArray[np.float64]:
     return np.hypot(gaps[..., 0], gaps[..., 1])
 
 
-def _under(things: Points, labels: Points, half: Points, radius: float) -> NDArray[np.bool_]:
-    """Which things of that radius, (..., n, 2), are nearer to which labels, (..., 2), than may be.
+def _on_states(states: Points, labels: Points, half: Points) -> NDArray[np.bool_]:
+    """Which states are covered by which labels, (..., 2): shape (..., n_states)."""
+    beyond = np.maximum(np.abs(states - labels[..., None, :]) - half, 0.0)
+    return np.hypot(beyond[..., 0], beyond[..., 1]) < RADIUS + _GAP / 4
 
-    Shape (..., n) with the labels' own dimensions first.
-    """
-    beyond = np.maximum(np.abs(things - labels[..., None, :]) - half, 0.0)
-    return np.hypot(beyond[..., 0], beyond[..., 1]) < radius + _GAP / 4
+
+def _under(points: Points, labels: Points, half: Points) -> NDArray[np.bool_]:
+    """Whether any of the points, (..., m, 2), is covered by the labels, (..., 2): shape (...)."""
+    wide, high = half + _GAP / 4
+    x = np.abs(points[..., 0] - labels[..., None, 0]) < wide
+    return (x & (np.abs(points[..., 1] - labels[..., None, 1]) < high)).any(axis=-1)
