@@ -40,7 +40,7 @@ class FloorPlan:
 
 
 def _values(numbers: tuple[Number, ...]) -> str:
-    plain = all(not number.name == "seed" for number in numbers)
+    plain = all(number.name != "seed" for number in numbers)
     return ",".join(
         str(number.default) if plain else f"{number.name}={number.default}" for number in numbers
     )

@@ -32,7 +32,7 @@ def offices(corridors: int, seed: int) -> PolygonMap:
     height = sum(depths) + corridors * (CORRIDOR + 2) + corridors - 1
     floor = np.zeros((height, LENGTH), dtype=np.uint8)
     bottom, behind = 0, None
-    first = depths[0] + 1
+    first = last = depths[0] + 1
     for corridor in range(corridors):
         below, above = depths[2 * corridor], depths[2 * corridor + 1]
         street = bottom + below + 1
