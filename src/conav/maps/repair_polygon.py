@@ -63,8 +63,8 @@ def repair_polygon_map(
     >>> plan = repair_polygon_map([(0, 0), (0, 3), (3, 3), (3, 3), (3, 0), (0, 0)])
     >>> for warning in plan.warnings:
     ...     print(warning)
-    outer: left out 2 points that repeat the one before
-    outer: turned round, it ran clockwise
+    left out 2 points repeating the one before (outer)
+    turned round, so that outer runs counter-clockwise and holes clockwise: outer
     """
     return floor_of_parts([[outer, *holes]], name=name, close_touching=close_touching)
 
@@ -133,65 +133,69 @@ def _points(place: str, points: ArrayLike) -> Ring:
 
 def _floor(rings: list[Ring], name: str, notes: list[str], close: bool) -> PolygonMap:
     cleaned: list[Ring] = []
+    repeats: dict[str, int] = {}
+    spikes: dict[str, int] = {}
     for index, ring in enumerate(rings):
         label = ring_name(index)
-        ring = _without_repeats(ring, label, notes)
-        ring = _without_spikes(ring, label, notes)
-        if len(ring) < 3:
+        apart = _without_repeats(ring)
+        bare = _without_spikes(apart)
+        repeats[label], spikes[label] = len(ring) - len(apart), len(apart) - len(bare)
+        if len(bare) < 3:
             if index == 0:
                 raise InputError(f"{name}: {label}", "has no area", "give another ring")
             notes.append(f"{label}: left out, it has no area")
             continue
-        cleaned.append(ring)
+        cleaned.append(bare)
+    _tell("left out {} repeating the one before", repeats, notes)
+    _tell("left out {} where a wall runs back on itself", spikes, notes)
     oriented = _turned_round(cleaned, notes)
     if find_fault(oriented) is None:
         return PolygonMap(oriented[0], oriented[1:], name, tuple(notes))
-    return _drawn_anew(cleaned, name, notes, close)
+    return _drawn_anew(oriented, name, notes, close)
 
 
-def _without_repeats(ring: Ring, label: str, notes: list[str]) -> Ring:
+def _tell(what: str, points: dict[str, int], notes: list[str]) -> None:
+    """Adds a note on the points of each ring that has any."""
+    labels = [label for label, count in points.items() if count]
+    if labels:
+        notes.append(f"{what.format(_count(sum(points.values()), 'point'))} ({_few(labels)})")
+
+
+def _without_repeats(ring: Ring) -> Ring:
     kept: list[int] = []
     for point in range(len(ring)):
         if not kept or np.abs(ring[point] - ring[kept[-1]]).max() > NEAR_M:
             kept.append(point)
     while len(kept) > 1 and np.abs(ring[kept[-1]] - ring[kept[0]]).max() <= NEAR_M:
         kept.pop()
-    lost = len(ring) - len(kept)
-    if lost:
-        notes.append(f"{label}: left out {_count(lost, 'point')} that repeat the one before")
     return ring[kept]
 
 
-def _without_spikes(ring: Ring, label: str, notes: list[str]) -> Ring:
-    before = len(ring)
+def _without_spikes(ring: Ring) -> Ring:
     while len(ring) >= 3:
         back = np.roll(ring, 1, axis=0) - ring
         ahead = np.roll(ring, -1, axis=0) - ring
         folded = np.flatnonzero((turns(ring) == 0) & ((back * ahead).sum(axis=1) > 0))
         if len(folded) == 0:
-            break
-        ring = np.delete(ring, folded[0], axis=0)
-        quiet: list[str] = []
-        ring = _without_repeats(ring, label, quiet)
-    if len(ring) < before:
-        lost = _count(before - len(ring), "point")
-        notes.append(f"{label}: left out {lost} where a wall runs back on itself")
-    return ring if len(ring) >= 3 else ring[:0]
+            return ring
+        ring = _without_repeats(np.delete(ring, folded[0], axis=0))
+    return ring[:0]
 
 
 def _turned_round(rings: list[Ring], notes: list[str]) -> list[Ring]:
     """The rings run as `PolygonMap` wants them to; those that cross themselves by their area."""
     result: list[Ring] = []
+    turned: list[str] = []
     for index, ring in enumerate(rings):
         crosses = len(meeting_edges([ring])) > 0
         positive = signed_area(ring) > 0 if crosses else is_counter_clockwise(ring)
-        if positive == (index == 0):
-            result.append(ring)
-            continue
-        result.append(ring[::-1])
-        if not crosses:
-            runs = "counter-clockwise" if positive else "clockwise"
-            notes.append(f"{ring_name(index)}: turned round, it ran {runs}")
+        result.append(ring if positive == (index == 0) else ring[::-1])
+        if positive != (index == 0):
+            turned.append(ring_name(index))
+    if turned:
+        notes.append(
+            f"turned round, so that outer runs counter-clockwise and holes clockwise: {_few(turned)}"
+        )
     return result
 
 
@@ -329,8 +333,12 @@ def _centre(piece: shapely.Polygon) -> str:
 
 
 def _list_points(points: list[Ring]) -> str:
-    shown = ", ".join(point_text(point) for point in points[:3])
-    return shown if len(points) <= 3 else f"{shown} and {len(points) - 3} more places"
+    return _few([point_text(point) for point in points])
+
+
+def _few(words: list[str]) -> str:
+    shown = ", ".join(words[:3])
+    return shown if len(words) <= 3 else f"{shown} and {len(words) - 3} more"
 
 
 def _count(number: int, noun: str) -> str:
