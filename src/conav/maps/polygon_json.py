@@ -1,4 +1,4 @@
-"""Floor plans as plain JSON in metres: `{"outer": [[x, y], ...], "holes": [[[x, y], ...], ...]}`."""
+"""Floor plans as plain JSON in metres: `{"outer": [[x, y], ...], "holes": [[[x, y], ...]]}`."""
 
 import json
 from pathlib import Path

@@ -194,7 +194,8 @@ def _turned_round(rings: list[Ring], notes: list[str]) -> list[Ring]:
             turned.append(ring_name(index))
     if turned:
         notes.append(
-            f"turned round, so that outer runs counter-clockwise and holes clockwise: {_few(turned)}"
+            "turned round, so that outer runs counter-clockwise and holes clockwise:"
+            f" {_few(turned)}"
         )
     return result
 
