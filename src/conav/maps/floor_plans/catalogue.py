@@ -87,10 +87,10 @@ _ENTRIES = (
         f"{_HOME}.corridor_tree:corridor_tree",
     ),
     FloorPlan(
-        "offices",
+        "office-loops",
         "Rows of rooms along corridors that form loops, at random",
         (Number("corridors", 2, 1, 20), _SEED),
-        f"{_HOME}.offices:offices",
+        f"{_HOME}.office_loops:office_loops",
     ),
 )
 
