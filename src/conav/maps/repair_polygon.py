@@ -139,12 +139,12 @@ def _floor(rings: list[Ring], name: str, notes: list[str], close: bool) -> Polyg
         label = ring_name(index)
         apart = _without_repeats(ring)
         bare = _without_spikes(apart)
-        repeats[label], spikes[label] = len(ring) - len(apart), len(apart) - len(bare)
         if len(bare) < 3:
             if index == 0:
                 raise InputError(f"{name}: {label}", "has no area", "give another ring")
             notes.append(f"{label}: left out, it has no area")
             continue
+        repeats[label], spikes[label] = len(ring) - len(apart), len(apart) - len(bare)
         cleaned.append(bare)
     _tell("left out {} repeating the one before", repeats, notes)
     _tell("left out {} where a wall runs back on itself", spikes, notes)
@@ -242,7 +242,8 @@ def _drawn_anew(rings: list[Ring], name: str, notes: list[str], close: bool) -> 
             f"took the largest of {len(areas)} pieces, {areas[0]:.4g} m2; the others have"
             f" {sum(areas[1:]):.4g} m2 together"
         )
-    outer, *holes = _rings_of([shapely.orient_polygons(pieces[0])])
+    drawn = _rings_of([shapely.orient_polygons(pieces[0])])
+    outer, *holes = [_without_spikes(_without_repeats(ring)) for ring in drawn]
     return PolygonMap(outer, holes, name, tuple(notes))
 
 
@@ -312,8 +313,10 @@ def _pieces(region: shapely.Geometry, name: str, notes: list[str]) -> list[shape
     pieces: list[shapely.Polygon] = []
     lost = 0
     for part in shapely.get_parts(region):
-        if not isinstance(part, shapely.Polygon) or _is_sliver(part):
-            lost += isinstance(part, shapely.Polygon)
+        if not isinstance(part, shapely.Polygon) or part.is_empty:
+            continue
+        if _is_sliver(part):
+            lost += 1
             continue
         holes = [hole for hole in part.interiors if not _is_sliver(shapely.Polygon(hole))]
         lost += len(part.interiors) - len(holes)
