@@ -83,7 +83,7 @@ def visibility_polygon(floor: Triangulation, x: float, y: float) -> VisibilityPo
     x, y = exact_coordinate(x), exact_coordinate(y)
     size = polygon_size(len(floor.vertices))
     corners = np.empty((size, 3))
-    facts = np.empty((4, size), np.int32)
+    facts = np.empty((size, 4), np.int32)
     place, count = expand(
         floor.vertices,
         floor.triangles.reshape(-1),
@@ -98,7 +98,7 @@ def visibility_polygon(floor: Triangulation, x: float, y: float) -> VisibilityPo
         facts,
     )
     out = corners[:count]
-    kept = facts[:, :count].copy()
+    kept = facts[:count].T.copy()
     return VisibilityPolygon((x, y), place, out[:, :2].copy(), *kept, out[:, 2].copy())
 
 
@@ -130,7 +130,7 @@ def expand(
     """Where the viewpoint lies, and how many corners of its polygon were written to `out`.
 
     Arrays of a `Triangulation`, `corners` and `twins` flat (3 m,); `out` (size, 3) gets
-    x, y and parameter, `facts` (4, size) the rows `vertices`, `hit_walls`, `through` and `walls` of
+    x, y and parameter, `facts` (size, 4) the columns `vertices`, `hit_walls`, `through` and `walls` of
     `VisibilityPolygon`; size from `polygon_size`.
     """
     place, start = locate(vertices, corners, frame, cell_starts, cell_triangles, x, y)
@@ -317,10 +317,10 @@ def _put_vertex(
     out[index, 0] = vertices[v, 0]
     out[index, 1] = vertices[v, 1]
     out[index, 2] = 0.0
-    facts[0, index] = v
-    facts[1, index] = -1
-    facts[2, index] = -1
-    facts[3, index] = side
+    facts[index, 0] = v
+    facts[index, 1] = -1
+    facts[index, 2] = -1
+    facts[index, 3] = side
 
 
 @kernel
@@ -343,10 +343,10 @@ def _put_hit(
     out[index, 0] = ax + part * (bx - ax)
     out[index, 1] = ay + part * (by - ay)
     out[index, 2] = part
-    facts[0, index] = HIT
-    facts[1, index] = wall
-    facts[2, index] = through
-    facts[3, index] = side
+    facts[index, 0] = HIT
+    facts[index, 1] = wall
+    facts[index, 2] = through
+    facts[index, 3] = side
 
 
 def find_windows(floor: Triangulation, seen: VisibilityPolygon) -> Windows:
