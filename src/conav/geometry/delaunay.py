@@ -261,13 +261,14 @@ def insert_walls(
     """Makes every wall i, from point i to point `ends[i]`, an edge, and labels its half-edges.
 
     The half-edge from point i gets the label i, its twin `SOLID`. Returns (-1, -1, -1), or what
-    is wrong with the first wall that cannot be put in: (wall, another wall it crosses or repeats,
-    -1), (wall, -1, point on it), or (wall, -1, -1) where its left side is outside the hull. Edges
-    that cross it are flipped away [Sloan1993].
+    is wrong: (wall, another wall it crosses or repeats, -1), (wall, -1, point on it), or else
+    (wall, -1, -1) for one whose left side is outside the hull. Edges that cross a wall are flipped
+    away [Sloan1993].
     """
     crossing = np.empty(count, np.int32)
     stack = np.empty(count, np.int32)
     waiting = np.zeros(count, np.bool_)
+    outward = -1
     for wall in range(ends.shape[0]):
         a = wall
         b = ends[wall]
@@ -311,8 +312,9 @@ def insert_walls(
             flips += 1
         # The wall is an edge now: find its half-edge among those leaving a.
         h = _half_edge(origin, following, twin, out, a, b)
-        if h < 0:
-            return wall, -1, -1
+        if h < 0:  # looks out of the hull; a crossing found later says more
+            outward = wall
+            continue
         if label[h] != NO_WALL:
             other = label[h] if label[h] >= 0 else label[twin[h]]
             return wall, other, -1
@@ -320,7 +322,7 @@ def insert_walls(
         if twin[h] >= 0:
             label[twin[h]] = SOLID
         _make_delaunay(points, origin, following, twin, out, label, stack, waiting, waits)
-    return -1, -1, -1
+    return outward, -1, -1
 
 
 @kernel
