@@ -10,6 +10,7 @@ from conav.geometry.expansions import grow, sign_of, two_product, two_sum
 from conav.geometry.predicates import (
     GREATEST,
     LEAST,
+    direction_turn,
     orientation,
     orientation_expansion,
     orientation_products,
@@ -121,6 +122,19 @@ def test_products_of_orientations_are_exact(groups, rows) -> None:
 
     expected = sign(value(a) * value(b) - value(c) * value(d))
     assert orientation_products(points, a, b, c, d) == expected
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(nearly_collinear(), min_size=2, max_size=2), st.permutations(range(6)))
+def test_turns_between_directions_are_exact(groups, rows) -> None:
+    points = np.array([point for group in groups for point in group])
+    a, b, c, d = rows[:4]
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = (
+        (Fraction(float(x)), Fraction(float(y))) for x, y in points[rows[:4]]
+    )
+    expected = sign((bx - ax) * (dy - cy) - (by - ay) * (dx - cx))
+    assert direction_turn(points, a, b, c, d) == expected
+    assert direction_turn(points, c, d, a, b) == -expected
 
 
 def test_products_that_are_equal() -> None:

@@ -127,6 +127,33 @@ def _three(
 
 
 @kernel
+def direction_turn(points: NDArray[np.float64], a: int, b: int, c: int, d: int) -> int:
+    """1 where the direction from c to d points left of that from a to b, -1 right, 0 neither.
+
+    a, b, c, d are rows of `points`. Exact.
+    """
+    ax, ay = points[a, 0], points[a, 1]
+    bx, by = points[b, 0], points[b, 1]
+    cx, cy = points[c, 0], points[c, 1]
+    dx, dy = points[d, 0], points[d, 1]
+    left = (bx - ax) * (dy - cy)
+    right = (by - ay) * (dx - cx)
+    value = left - right
+    limit = TURN_ERROR * (abs(left) + abs(right))
+    if value > limit:
+        return 1
+    if -value > limit:
+        return -1
+    expansion = np.empty(16)
+    count = 0
+    for first, u, v in ((1.0, bx, by), (-1.0, ax, ay)):
+        for second, s, t in ((1.0, dx, dy), (-1.0, cx, cy)):
+            count = grow_by_product(expansion, count, first * second * u, t)
+            count = grow_by_product(expansion, count, -first * second * v, s)
+    return sign_of(expansion, count)
+
+
+@kernel
 def surely_in_circle(
     ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float
 ) -> bool:

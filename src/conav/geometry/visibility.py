@@ -351,27 +351,50 @@ def _put_hit(
 
 def find_windows(floor: Triangulation, seen: VisibilityPolygon) -> Windows:
     """The windows of a visibility polygon of this floor, counter-clockwise."""
-    sides = np.flatnonzero(seen.walls == WINDOW).astype(np.int32)
-    after = (sides + 1) % max(len(seen.walls), 1)
-    outward = np.array(
-        [_is_outward(floor, seen, a, b) for a, b in zip(sides, after, strict=True)], dtype=np.bool_
+    k = len(seen.walls)
+    corners = np.empty((3, k), np.int32)
+    outward = np.empty(k, np.bool_)
+    count = window_ends(
+        floor.vertices, *seen.viewpoint, seen.vertices, seen.walls, *corners, outward
     )
-    near = np.where(outward, sides, after)
-    far = np.where(outward, after, sides)
+    sides, near, far = corners[:, :count].copy()
     return Windows(
         sides,
         seen.vertices[near],
         seen.vertices[far],
         seen.hit_walls[far],
         seen.parameters[far],
-        outward,
+        outward[:count].copy(),
     )
 
 
-def _is_outward(floor: Triangulation, seen: VisibilityPolygon, a: int, b: int) -> bool:
-    """Whether corner b is farther from the viewpoint than corner a on the same ray, exactly."""
-    if seen.vertices[a] == HIT or seen.vertices[b] == HIT:
-        return bool(seen.vertices[b] == HIT)
-    one, two = floor.vertices[seen.vertices[[a, b]]].tolist()
-    axis = 0 if one[0] != two[0] else 1
-    return (seen.viewpoint[axis] < one[axis]) == (one[axis] < two[axis])
+@kernel
+def window_ends(
+    vertices: Floats, x: float, y: float, corner_vertices: Ints, walls: Ints,
+    sides: Ints, near: Ints, far: Ints, outward: NDArray[np.bool_],
+) -> int:  # fmt: skip
+    """How many windows; writes each one's side, near and far corner, and whether it runs outward.
+
+    Hidden floor lies on the right of windows that run outward, from the viewpoint, else on the left.
+    """
+    k = walls.shape[0]
+    count = 0
+    for i in range(k):
+        if walls[i] != WINDOW:
+            continue
+        j = i + 1 if i + 1 < k else 0
+        a = corner_vertices[i]
+        b = corner_vertices[j]
+        if a == HIT or b == HIT:
+            out = b == HIT
+        elif vertices[a, 0] != vertices[b, 0]:
+            # One ray: the order of coordinates is the order along it.
+            out = (x < vertices[a, 0]) == (vertices[a, 0] < vertices[b, 0])
+        else:
+            out = (y < vertices[a, 1]) == (vertices[a, 1] < vertices[b, 1])
+        sides[count] = i
+        near[count] = i if out else j
+        far[count] = j if out else i
+        outward[count] = out
+        count += 1
+    return count
