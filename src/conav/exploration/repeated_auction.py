@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.belief import TARGET
-from conav.exploration.frontier_targets import find_pieces, path_costs
+from conav.exploration.frontier_targets import find_pieces, paths_to, paths_to_targets
 from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
-from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
+from conav.geometry.distance_field import shortest_path
 from conav.messages.message import Message
 
 # --- what is said ---------------------------------------------------------------------------------
@@ -299,9 +299,8 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
     memory.auctioneer = following
     heard = _heard(view)
     cells, piece, n_pieces = find_pieces(view)
-    distance = field_buffer(view.belief.moves.size)
-    fill_distances(view.belief.ground, view.heard_cell[list(heard)].astype(np.int64), distance)
-    tasks = tuple(task_cells(cells, piece, n_pieces, distance[cells]).tolist())
+    nearest = paths_to_targets(view.belief).costs(view.heard_cell[list(heard)]).min(axis=0)
+    tasks = tuple(task_cells(cells, piece, n_pieces, nearest).tolist())
     memory.call = Call(view.step, tasks)
     if _lowest_heard(view) == view.robot:
         _set_costs(memory, view, memory.call)
@@ -331,7 +330,8 @@ def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
     tasks = np.array(call.tasks, dtype=np.int64)
     here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    costs = path_costs(view.belief, here, tasks)[0]
+    paths, which = paths_to(view.belief, tasks)
+    costs = paths.costs(here)[0, which]
     memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
 
 

@@ -111,7 +111,7 @@ def viewpoints(belief: Belief, lattice: Lattice, sensor: Sensor) -> Viewpoints:
 def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
     """Flat indices of the unknown cells with a frontier cell as straight neighbour, ascending."""
     rows, cols = belief.cells.shape
-    at = np.flatnonzero(belief.frontier)
+    at = np.flatnonzero(belief.frontier != 0)
     row, col = np.divmod(at, cols)
     around = np.concatenate(
         [at[row > 0] - cols, at[row < rows - 1] + cols, at[col > 0] - 1, at[col < cols - 1] + 1]
