@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import conav
 from conav.errors import InputError
-from conav.exploration import pocket_assignment
 from conav.exploration.belief import OPEN, STOOD, TARGET, Belief
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.frontier_tasks import Tasks, find_tasks
@@ -121,23 +120,6 @@ def test_advantage_is_the_mean_distance_from_the_others() -> None:
         field = distance_fields(view.belief, np.array([place]))
         total += [field[0, tasks.places[one:end]].min() for one, end in pairwise(tasks.first)]
     assert found == pytest.approx(total / (len(tasks) - 1))
-
-
-def test_of_many_tasks_some_stand_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    state = explored(60)
-    tasks = find_tasks(view_of(state), state.cells)
-    n = len(tasks)
-    assert n > 5
-    monkeypatch.setattr(pocket_assignment, "MOST_OTHERS", 4)
-    others = [i * n // 4 for i in range(4)]
-    robots = tasks.costs[:, others].argmin(axis=0)
-    between, _ = tasks.paths.lengths(tasks.nearest[robots, others])
-    expected = [
-        sum(row[task] for row, other in zip(between, others, strict=True) if other != task)
-        / sum(other != task for other in others)
-        for task in range(n)
-    ]
-    assert mean_distances(tasks) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("radio", ["perfect", 5.0])

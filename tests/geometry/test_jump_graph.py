@@ -26,13 +26,13 @@ class Groups(NamedTuple):
 
 def grid(rng: np.random.Generator, side: int) -> np.ndarray:
     """Moves among random walls: as on maps, or with moves taken out anywhere, both ways."""
-    shape = tuple(int(n) for n in rng.integers(1, side + 1, 2))
-    walls = (rng.random(shape) < rng.choice([0.0, 0.05, 0.2, 0.35])).astype(np.uint8)
-    moves = np.ascontiguousarray(free_moves(walls, *shape, 1.0, 0.1)[:, :, 1])
+    rows, cols = (int(n) for n in rng.integers(1, side + 1, 2))
+    walls = (rng.random((rows, cols)) < rng.choice([0.0, 0.05, 0.2, 0.35])).astype(np.uint8)
+    moves = np.ascontiguousarray(free_moves(walls, rows, cols, 1.0, 0.1)[:, :, 1])
     if rng.random() < 0.3:
         moves &= 15  # no diagonal moves
     share = rng.choice([0.0, 0.0, 0.02, 0.2])
-    for r, c in np.ndindex(shape):
+    for r, c in np.ndindex(rows, cols):
         for k in range(8):
             if moves[r, c] >> k & 1 and rng.random() < share:
                 moves[r, c] &= ~np.uint8(1 << k)

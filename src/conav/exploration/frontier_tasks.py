@@ -19,7 +19,7 @@ from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
 from conav.geometry.ground import Ground
 from conav.geometry.jump_graph import JumpGraph
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import SightSpace, sight_space
 
 
@@ -195,10 +195,7 @@ def _places_that_see(
     rows, cols = marks.shape
     r = hidden // fine_cols
     c = hidden % fine_cols
-    if occlusion:
-        count = visible_cells(cells, r, c, limits, lows, highs, out)
-    else:
-        count = disc_cells(cells, r, c, limits, out)
+    count = cells_in_sight(cells, r, c, occlusion, limits, lows, highs, out)
     stamp = stamps[stamps.shape[0] - 1] + 1
     stamps[stamps.shape[0] - 1] = stamp
     found = 0

@@ -67,25 +67,17 @@ def plan_pockets(advantage: float, view: TeamView, positions: NDArray[np.int32])
     return assign_tasks(tasks, costs)
 
 
-MOST_OTHERS = 100
-"""From so many tasks at most distances to all others are measured."""
-
-
 def mean_distances(tasks: Tasks) -> NDArray[np.float64]:
     """Each task's mean path length [planning cells] from the other tasks, (n_tasks,).
 
     Measured from the place of the other task that is nearest to any robot; what cannot be reached
-    from there counts 0. Where there are more than `MOST_OTHERS` tasks, those of so many stand for
-    all, at equal distances in the order of tasks, which is that of rows, of pieces and of pockets.
+    from there counts 0.
     """
-    n = len(tasks)
-    others = np.arange(min(n, MOST_OTHERS)) * n // min(n, MOST_OTHERS)
-    robots = tasks.costs[:, others].argmin(axis=0)
-    places, which = np.unique(tasks.nearest[robots, others], return_inverse=True)
+    robots = tasks.costs.argmin(axis=0)
+    nearest = tasks.nearest[robots, np.arange(len(tasks))]
+    places, which = np.unique(nearest, return_inverse=True)
     between = tasks.paths.lengths(places)[0][which]
-    count = np.full(n, len(others))
-    count[others] -= 1
-    return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / count
+    return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
 
 
 def assign_tasks(tasks: Tasks, costs: NDArray[np.float64]) -> list[Order]:

@@ -55,7 +55,8 @@ class JumpGraph:
         self._best = np.empty((groups, 3), dtype=np.int32)  # straight, diagonal, place
         self._least = np.full(groups, np.inf)
         self._seen = np.empty(groups, dtype=np.int32)
-        self._head = np.full(2 * (rows + cols) + 4, -1, dtype=np.int32)  # longer than any edge
+        lists = 1 << (2 * (rows + cols)).bit_length()  # longer than any edge, for `&` as modulo
+        self._head = np.full(lists, -1, dtype=np.int32)
 
     def lengths(self, starts: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """From each start the path length to each group, and its nearest place.
@@ -199,7 +200,7 @@ def _search(
     its list; lists hold the nodes of one length, rounded down.
     """
     groups = first.shape[0] - 1
-    lists = head.shape[0]
+    modulo = head.shape[0] - 1
     head[:] = -1
     for j in range(groups):
         costs[j] = np.inf
@@ -225,11 +226,11 @@ def _search(
             settled += 1
         if settled == last:
             break
-        slot = level % lists
-        node = head[slot]
+        slot = level & modulo
+        node = int(head[slot])
         head[slot] = -1
         while node >= 0:  # no edge is shorter than 1, so none leads back into this list
-            following = work[node, 2]
+            following = int(work[node, 2])
             live -= 1
             if nodes[node, 1] < 0:
                 lack = look_around(
@@ -275,13 +276,13 @@ def _search(
                     if work[other, 3] >= 0:
                         work[work[other, 3], 2] = after
                     else:
-                        head[int(before) % lists] = after
+                        head[int(before) & modulo] = after
                     if after >= 0:
                         work[after, 3] = work[other, 3]
                 length[other] = reached
                 work[other, 0] = along
                 work[other, 1] = more
-                to = int(reached) % lists
+                to = int(reached) & modulo
                 work[other, 2] = head[to]
                 work[other, 3] = -1
                 if head[to] >= 0:
