@@ -6,6 +6,7 @@ may work at two ends of it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +127,12 @@ class PathsTo:
 
     def __init__(self, ground: Ground, cells: NDArray[np.int64]) -> None:
         self.cells = cells  # (n_cells,) flat, ascending
-        self._graph = JumpGraph(ground, np.arange(len(cells) + 1), cells)
+        self._ground = ground
         self._rows: dict[int, NDArray[np.float64]] = {}
+
+    @cached_property
+    def _graph(self) -> JumpGraph:
+        return JumpGraph(self._ground, np.arange(len(self.cells) + 1), self.cells)
 
     def costs(self, positions: NDArray[np.int32]) -> NDArray[np.float64]:
         """From each position to each cell [planning cells], inf where no path leads."""
@@ -160,6 +165,10 @@ def paths_to(belief: Belief, cells: NDArray[np.int64]) -> tuple[PathsTo, NDArray
     Where all are targets, they are those to the targets.
     """
     paths = paths_to_targets(belief)
-    if not np.isin(cells, paths.cells, assume_unique=True).all():
+    which = np.searchsorted(paths.cells, cells)
+    if len(cells) and (
+        which.max() == len(paths.cells) or not np.array_equal(paths.cells[which], cells)
+    ):
         paths = PathsTo(belief.ground, np.unique(cells))
-    return paths, np.searchsorted(paths.cells, cells)
+        which = np.searchsorted(paths.cells, cells)
+    return paths, which

@@ -27,7 +27,6 @@ from conav.exploration.auction_protocol import (
     Call,
     Ended,
 )
-from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import find_pieces, paths_to, paths_to_targets
 from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
@@ -332,7 +331,7 @@ def _waits(memory: AuctionMemory, view: TeamView) -> bool:
 
 
 def _any_target(view: TeamView) -> bool:
-    return bool((view.belief.marks & TARGET).any())
+    return len(paths_to_targets(view.belief).cells) > 0
 
 
 def _heard(view: TeamView) -> tuple[int, ...]:
