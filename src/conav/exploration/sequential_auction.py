@@ -61,7 +61,7 @@ def sequential_auctions(
             end = ends[bidder]
             if end < 0:
                 bid = bound
-            elif lowest < inf and _triangle(costs, can, end, task) > lowest + _ROUNDING:
+            elif lowest < inf and _triangle(rows, end, task) > lowest + _ROUNDING:
                 continue
             else:
                 bid = between(end, task)
@@ -72,10 +72,12 @@ def sequential_auctions(
     return awards
 
 
-def _triangle(costs: NDArray[np.float64], can: NDArray[np.bool_], one: int, other: int) -> float:
+def _triangle(rows: list[list[float]], one: int, other: int) -> float:
     """A lower bound of the path cost between two tasks, by the triangle inequality."""
-    both = can[:, one] & can[:, other]
-    return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
+    return max(
+        (abs(row[one] - row[other]) for row in rows if row[one] < inf and row[other] < inf),
+        default=0.0,
+    )
 
 
 class TaskPaths:
