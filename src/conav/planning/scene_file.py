@@ -1,11 +1,11 @@
 """Scenes in our own format, TOML or JSON: read here, written by `scene_writer`."""
 
+import difflib
 import json
 import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,10 @@ from pydantic import ValidationError
 from conav.errors import InputError
 from conav.maps.builtin.catalogue import BUILTIN, builtin_map
 from conav.maps.image import file_bytes
+from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.polygon_map import PolygonMap
-from conav.maps.polygonise import polygonise
-from conav.maps.read_floor_plan import read_floor_plan
-from conav.planning.floor import floor_between
+from conav.maps.read_map import read_map
+from conav.planning.floor import floor_between, floor_of_grid, turned
 from conav.planning.scene_errors import scene_error
 from conav.planning.scene_format import (
     SCENE,
@@ -63,9 +63,7 @@ def read_scene_file(path: str | os.PathLike[str]) -> PlanningProblem:
     place = str(path)
     robots = tuple(_robot(place, scene, index) for index in range(len(scene.robots)))
     _check_names(place, robots)
-    starts = [(robot.name, *robot.start[:2]) for robot in robots]
-    walls = [ring for wall in scene.walls if (ring := _ring(wall)) is not None]
-    floor = _floor(path, scene.floor, walls, starts, scene.name or path.stem)
+    floor = _floor(path, scene, robots, scene.name or path.stem)
     discs = [wall.disc for wall in scene.walls if wall.disc is not None]
     return PlanningProblem(
         floor=floor,
@@ -117,52 +115,48 @@ def _once(path: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _floor(
-    path: Path,
-    entry: FloorEntry,
-    walls: list[NDArray[np.float64]],
-    starts: list[tuple[str, float, float]],
-    name: str,
+    path: Path, scene: SceneFile, robots: tuple[PlanningRobot, ...], name: str
 ) -> PolygonMap:
+    entry = scene.floor
+    walls = [ring for wall in scene.walls if (ring := _ring(wall)) is not None]
     try:
         if entry.map is None:
-            outline = entry.outline if entry.box is None else _box(entry.box)
+            outline = _box(entry.box) if entry.box is not None else entry.outline or ()
             name = entry.name or name
-            return floor_between(outline, entry.holes, walls, starts=starts, name=name)
-        plan = _mapped(path, entry)
+            return floor_between(outline, entry.holes, walls, robots=robots, name=name)
+        plan = floor_of_grid(_grid(path, entry), robots)
         if not walls:
             return plan
-        cut = floor_between(plan.outer, plan.holes, walls, starts=starts, name=plan.name)
+        cut = floor_between(plan.outer, plan.holes, walls, robots=robots, name=plan.name)
         return PolygonMap(cut.outer, cut.holes, cut.name, plan.warnings)
     except InputError as error:
-        place = f"{path}: floor"
-        if str(path) in error.place:
+        if error.place.startswith(str(path)):
             raise
-        raise InputError(place, f"{error.place}: {error.problem}", error.remedy) from None
+        problem = f"{error.place}: {error.problem}"
+        raise InputError(f"{path}: floor", problem, error.remedy) from None
 
 
-def _mapped(path: Path, entry: FloorEntry) -> PolygonMap:
+def _grid(path: Path, entry: FloorEntry) -> OccupancyGrid:
     source = str(entry.map)
     if source in BUILTIN:
         width_m, height_m = entry.size or (None, None)
-        return polygonise(
-            builtin_map(
-                source,
-                width_m=width_m,
-                height_m=height_m,
-                resolution=entry.resolution,
-                seed=entry.seed or 0,
-            )
+        return builtin_map(
+            source,
+            width_m=width_m,
+            height_m=height_m,
+            resolution=entry.resolution,
+            seed=entry.seed or 0,
         )
     for key in ("size", "seed"):
         if getattr(entry, key) is not None:
             raise InputError(f"{path}: floor.{key}", "is for built-in maps", "leave it out")
     if not Path(source).suffix:
-        known = ", ".join(BUILTIN)
+        near = difflib.get_close_matches(source, BUILTIN, n=1)
         raise InputError(
             f"{path}: floor.map", f"{source!r} is neither a map file nor a built-in map",
-            f"the built-in maps: {known}",
+            f"did you mean {near[0]}?" if near else f"the built-in maps: {', '.join(BUILTIN)}",
         )  # fmt: skip
-    return read_floor_plan(path.parent / source, resolution=entry.resolution)
+    return read_map(path.parent / source, resolution=entry.resolution)
 
 
 def _robot(place: str, scene: SceneFile, index: int) -> PlanningRobot:
@@ -230,18 +224,17 @@ def _check_names(place: str, robots: tuple[PlanningRobot, ...]) -> None:
 
 
 def _region(name: str, shape: Shape) -> Region:
-    if shape.disc is not None:
-        return Region(name, disc=shape.disc)
     ring = _ring(shape)
-    assert ring is not None
-    return Region(name, polygon=_counter_clockwise(ring))
+    if ring is None:
+        return Region(name, disc=shape.disc)
+    return Region(name, polygon=turned(ring, 1))
 
 
 def _ring(shape: Shape) -> NDArray[np.float64] | None:
     """The corners of a box or a polygon; None for a disc."""
-    if shape.disc is not None:
-        return None
-    return _box(shape.box) if shape.box is not None else np.array(shape.polygon, dtype=np.float64)
+    if shape.box is not None:
+        return _box(shape.box)
+    return None if shape.polygon is None else np.array(shape.polygon, dtype=np.float64)
 
 
 def _box(box: tuple[float, float, float, float]) -> NDArray[np.float64]:

@@ -10,14 +10,6 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from conav.planning.types import (
-    COSTS,
-    DOUBLE_INTEGRATOR,
-    DUBINS_CAR,
-    PLANNING_MOTIONS,
-    SINGLE_INTEGRATOR,
-)
-
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Name = Annotated[str, Field(min_length=1)]
@@ -28,9 +20,6 @@ Box = tuple[float, float, float, float]
 Motion = Literal["single-integrator", "double-integrator", "dubins-car"]
 AfterArrival = Literal["stay", "vanish"]
 Cost = Literal["length", "duration"]
-
-assert (SINGLE_INTEGRATOR, DOUBLE_INTEGRATOR, DUBINS_CAR) == PLANNING_MOTIONS == Motion.__args__
-assert COSTS == Cost.__args__
 
 _CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 

@@ -51,7 +51,7 @@ class Intersection:
         room = self.radius_m + self.goal_radius_m + CLEARANCE_M / 2
         end = self.lane_m + self.arm_m
         rows = -(-self.robots // 4)
-        if 2 * room > self.lane_m or FIRST_M + 2 * room * rows > self.arm_m:
+        if 2 * room > self.lane_m or FIRST_M + room * (2 * rows - 1) > self.arm_m:
             raise InputError(
                 "intersection", "robots and goals do not fit into the lanes",
                 "ask for smaller robots, or greater lane_m or arm_m",

@@ -34,7 +34,7 @@ class NarrowPassage:
     def problem(self, rng: np.random.Generator) -> PlanningProblem:
         if self.bay and self.robots != BAY_ROBOTS:
             raise InputError(
-                "narrow-passage", f"a passage with a bay has {BAY_ROBOTS} robots, not {self.robots}",
+                "narrow-passage", f"with a bay it has {BAY_ROBOTS} robots, not {self.robots}",
                 "leave out robots, or set bay=no",
             )  # fmt: skip
         outline, left = self._with_bay() if self.bay else self._with_rooms()

@@ -79,7 +79,7 @@ class RandomDiscs:
 
             point = placed(
                 rng, (away, away), (self.side_m - away, self.side_m - away), allowed,
-                f"random-discs: obstacle {index}", "ask for fewer or smaller ones, or a larger side",
+                f"random-discs: obstacle {index}", "ask for fewer or smaller ones",
             )  # fmt: skip
             discs.append((*point, radius))
         return discs
