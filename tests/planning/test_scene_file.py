@@ -83,7 +83,9 @@ def test_a_scene_is_read_as_it_says(tmp_path: Path) -> None:
 
 
 def test_goal_alone_is_a_task(tmp_path: Path) -> None:
-    text = 'horizon_s = 9\n[floor]\nbox = [0, 0, 4, 4]\n[[robots]]\nstart = [1, 1]\ngoal = [3, 3, 0.2]'
+    text = (
+        "horizon_s = 9\n[floor]\nbox = [0, 0, 4, 4]\n[[robots]]\nstart = [1, 1]\ngoal = [3, 3, 0.2]"
+    )
     (robot,) = read(tmp_path, text).robots
     assert (robot.task, robot.regions["goal"].disc) == ("F goal", (3.0, 3.0, 0.2))
 
@@ -202,8 +204,10 @@ numbers = st.floats(-1e6, 1e6, allow_nan=False)
 positive = st.floats(1e-3, 1e3)
 names = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=8)
 plain_names = st.from_regex(r"[a-z][a-z_0-9]{1,6}", fullmatch=True).filter(
-    lambda name: name not in {"true", "false", "not", "and", "or", "always", "until", "release"}
-    and name not in {"coverage", "sequence", "avoid", "eventually"}
+    lambda name: (
+        name not in {"true", "false", "not", "and", "or", "always", "until", "release"}
+        and name not in {"coverage", "sequence", "avoid", "eventually"}
+    )
 )
 discs = st.tuples(numbers, numbers, positive)
 START_LENGTH = {"single-integrator": 2, "double-integrator": 4, "dubins-car": 3}
@@ -239,7 +243,11 @@ def robots(draw: st.DrawFn, name: str) -> PlanningRobot:
 def problems(draw: st.DrawFn) -> PlanningProblem:
     x, y, side = draw(numbers), draw(numbers), draw(st.floats(10, 1000))
     outer = [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
-    hole = [(x + side / 4, y + side / 4), (x + side / 4, y + side / 2), (x + side / 2, y + side / 4)]
+    hole = [
+        (x + side / 4, y + side / 4),
+        (x + side / 4, y + side / 2),
+        (x + side / 2, y + side / 4),
+    ]
     called = draw(st.lists(names, min_size=1, max_size=3, unique=True))
     return PlanningProblem(
         floor=PolygonMap(outer, [hole] if draw(st.booleans()) else [], draw(names)),
