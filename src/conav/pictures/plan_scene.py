@@ -141,7 +141,7 @@ class PlanScene:
             self._paint_number(canvas, index, px, py, radius, halo=True)
 
     def paint_labels(self, canvas: Canvas, parked: Collection[int] = ()) -> None:
-        """Paint the names of the regions, but for those that only repeat a parked robot's number."""
+        """Paint the names of the regions, but those that repeat a parked robot's number."""
         for place, (mask, colour) in self._labels:
             if place.owner in parked and place.label == str(place.owner):
                 continue
