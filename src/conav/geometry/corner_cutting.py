@@ -86,7 +86,7 @@ def _within(
     farthest = limit * limit * (dx * dx + dy * dy)
     i = following[a]
     while i != b:
-        if _turn(points, a, b, i) > 0:
+        if _turn(points, a, b, int(i)) > 0:
             return False
         across = dx * (points[i, 1] - points[a, 1]) - dy * (points[i, 0] - points[a, 0])
         if across * across > farthest:

@@ -40,7 +40,7 @@ class FloorPlan:
 
 
 def _values(numbers: tuple[Number, ...]) -> str:
-    plain = all(not number.name == "seed" for number in numbers)
+    plain = all(number.name != "seed" for number in numbers)
     return ",".join(
         str(number.default) if plain else f"{number.name}={number.default}" for number in numbers
     )
@@ -87,10 +87,10 @@ _ENTRIES = (
         f"{_HOME}.corridor_tree:corridor_tree",
     ),
     FloorPlan(
-        "offices",
+        "office-loops",
         "Rows of rooms along corridors that form loops, at random",
         (Number("corridors", 2, 1, 20), _SEED),
-        f"{_HOME}.offices:offices",
+        f"{_HOME}.office_loops:office_loops",
     ),
 )
 

@@ -20,16 +20,15 @@ def corridor_tree(segments: int, seed: int) -> PolygonMap:
     taken = {(0, 0)}
     paths: list[list[Point]] = []
     while len(paths) < segments:
-        choices = [(node, free) for node in nodes if (free := _free(node, taken))]
-        (x, y), around = choices[int(rng.integers(len(choices)))]
+        drawn = int(rng.integers(len(nodes)))
+        x, y = nodes[drawn]
+        around = [at for at in ((x + 1, y), (x, y + 1), (x - 1, y), (x, y - 1)) if at not in taken]
+        if not around:
+            del nodes[drawn]
+            continue
         new = around[int(rng.integers(len(around)))]
         paths.append([(2 * x, 2 * y), (2 * new[0], 2 * new[1])])
         nodes.append(new)
         taken.add(new)
     name = f"corridor-tree:segments={segments},seed={seed}"
     return floor_of_cells(cells_of_paths(paths), name)
-
-
-def _free(node: Point, taken: set[Point]) -> list[Point]:
-    x, y = node
-    return [at for at in ((x + 1, y), (x, y + 1), (x - 1, y), (x, y - 1)) if at not in taken]

@@ -16,14 +16,14 @@ ROOM_WIDTH = (10, 20)
 ROOM_DEPTH = (14, 20)
 
 
-def offices(corridors: int, seed: int) -> PolygonMap:
+def office_loops(corridors: int, seed: int) -> PolygonMap:
     """An office floor 36 m long with that many parallel corridors, joined at both ends.
 
     Corridors are 2 m wide, rooms 2.5 m to 5 m wide behind doors of 1 m. Rooms lie along both
     sides of each corridor; a third of the neighbours in a row have a door between them, and most
     rows that stand back to back one through both. Blocks of rooms between corridors are holes.
 
-    >>> len(offices(2, 0).holes) > 0
+    >>> len(office_loops(2, 0).holes) > 0
     True
     """
     rng = np.random.Generator(np.random.PCG64(seed))
@@ -32,7 +32,7 @@ def offices(corridors: int, seed: int) -> PolygonMap:
     height = sum(depths) + corridors * (CORRIDOR + 2) + corridors - 1
     floor = np.zeros((height, LENGTH), dtype=np.uint8)
     bottom, behind = 0, None
-    first = depths[0] + 1
+    first = last = depths[0] + 1
     for corridor in range(corridors):
         below, above = depths[2 * corridor], depths[2 * corridor + 1]
         street = bottom + below + 1
@@ -48,7 +48,7 @@ def offices(corridors: int, seed: int) -> PolygonMap:
     floor[first:last, :CORRIDOR] = 1
     floor[first:last, LENGTH - CORRIDOR :] = 1
     rings = [ring * UNIT for ring in trace_rings(floor, False, 1.0 / 1024.0)]
-    return PolygonMap(rings[0], rings[1:], name=f"offices:corridors={corridors},seed={seed}")
+    return PolygonMap(rings[0], rings[1:], name=f"office-loops:corridors={corridors},seed={seed}")
 
 
 def _row(
