@@ -8,6 +8,8 @@ from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
+from conav.cli.scenes import scenes
+from conav.cli.schema import schema
 from conav.cli.verify import verify
 
 app = App(
@@ -19,6 +21,8 @@ app = App(
 app.command(explore)
 app.command(compare)
 app.command(maps)
+app.command(scenes)
 app.command(verify)
 app.command(repair)
 app.command(reproduce)
+app.command(schema)

@@ -15,9 +15,10 @@ from pydantic import ValidationError
 
 from conav.errors import InputError
 from conav.maps.builtin.catalogue import BUILTIN, builtin_map
+from conav.maps.floor_plans.catalogue import FLOOR_PLANS, builtin_floor_plan, is_floor_plan_name
 from conav.maps.image import file_bytes
-from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.polygon_map import PolygonMap
+from conav.maps.read_floor_plan import is_floor_plan_file, read_floor_plan
 from conav.maps.read_map import read_map
 from conav.planning.floor import floor_between, floor_of_grid, turned
 from conav.planning.scene_errors import scene_error
@@ -124,7 +125,7 @@ def _floor(
             outline = _box(entry.box) if entry.box is not None else entry.outline or ()
             name = entry.name or name
             return floor_between(outline, entry.holes, walls, robots=robots, name=name)
-        plan = floor_of_grid(_grid(path, entry), robots)
+        plan = _mapped(path, entry, robots)
         if not walls:
             return plan
         cut = floor_between(plan.outer, plan.holes, walls, robots=robots, name=plan.name)
@@ -136,27 +137,34 @@ def _floor(
         raise InputError(f"{path}: floor", problem, error.remedy) from None
 
 
-def _grid(path: Path, entry: FloorEntry) -> OccupancyGrid:
+def _mapped(path: Path, entry: FloorEntry, robots: tuple[PlanningRobot, ...]) -> PolygonMap:
     source = str(entry.map)
     if source in BUILTIN:
         width_m, height_m = entry.size or (None, None)
-        return builtin_map(
+        grid = builtin_map(
             source,
             width_m=width_m,
             height_m=height_m,
             resolution=entry.resolution,
             seed=entry.seed or 0,
         )
+        return floor_of_grid(grid, robots)
     for key in ("size", "seed"):
         if getattr(entry, key) is not None:
-            raise InputError(f"{path}: floor.{key}", "is for built-in maps", "leave it out")
+            raise InputError(f"{path}: floor.{key}", "is for built-in grid maps", "leave it out")
+    if is_floor_plan_name(source):
+        return builtin_floor_plan(source)
     if not Path(source).suffix:
-        near = difflib.get_close_matches(source, BUILTIN, n=1)
+        names = (*BUILTIN, *FLOOR_PLANS)
+        near = difflib.get_close_matches(source.partition(":")[0], names, n=1)
         raise InputError(
             f"{path}: floor.map", f"{source!r} is neither a map file nor a built-in map",
-            f"did you mean {near[0]}?" if near else f"the built-in maps: {', '.join(BUILTIN)}",
+            f"did you mean {near[0]}?" if near else f"the built-in maps: {', '.join(names)}",
         )  # fmt: skip
-    return read_map(path.parent / source, resolution=entry.resolution)
+    file = path.parent / source
+    if is_floor_plan_file(file):
+        return read_floor_plan(file)
+    return floor_of_grid(read_map(file, resolution=entry.resolution), robots)
 
 
 def _robot(place: str, scene: SceneFile, index: int) -> PlanningRobot:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.errors import InputError
+from conav.maps.write_whole import write_whole
 from conav.planning.types import PlanningProblem, PlanningRobot, Region
 
 _OWN = ("name", "start", "task", "regions")
@@ -23,12 +24,7 @@ def write_scene(problem: PlanningProblem, path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     if path.suffix.lower() != ".toml":
         raise InputError(path, "scenes are written as TOML", "end the name in .toml")
-    try:
-        path.write_text(scene_text(problem), encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            path, f"cannot be written ({error.strerror or error})", "choose another place"
-        ) from None
+    write_whole({path: scene_text(problem).encode()})
     return path
 
 
