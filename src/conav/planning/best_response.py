@@ -32,7 +32,7 @@ class Response:
     """A path on a graph, by numbers of vertices from the start's, and what it costs."""
 
     path: NDArray[np.int64]  # (n,) n >= 1
-    cost: float
+    cost: float  # the first component
     conflicts: int  # edges and robots they hit; 0 unless some were tolerated
 
 

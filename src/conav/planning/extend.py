@@ -397,10 +397,13 @@ def nearest(
                             plane = dx * dx + dy * dy
                             cone = reach * reach
                             away = plane + cone
-                            if plane <= cone and reach > 0.0:
-                                if away < best or (away == best and old < found):
-                                    best = away
-                                    found = old
+                            if (
+                                plane <= cone
+                                and reach > 0.0
+                                and (away < best or (away == best and old < found))
+                            ):
+                                best = away
+                                found = old
                             old = links[old, BEFORE]
             # Whatever lies outside the rings so far is at least that far away.
             outside = ring * box[CELL]
@@ -412,10 +415,10 @@ def nearest(
         reach = speed * (t - states[old, 2])
         plane = dx * dx + dy * dy
         cone = reach * reach
-        if plane <= cone and reach > 0.0:
-            if plane + cone < best or (plane + cone == best and old < found):
-                best = plane + cone
-                found = old
+        away = plane + cone
+        if plane <= cone and reach > 0.0 and (away < best or (away == best and old < found)):
+            best = away
+            found = old
     return found
 
 

@@ -1,9 +1,10 @@
 """Labels: which regions a robot is in, and how that changes along a straight line.
 
-A label is a mask, bit i for region i of the discs, then the polygons. Regions are closed: their border belongs to them. Two borders
-that the line meets within `SAME` of each other count as met together, and there regions are entered
-before others are left, as a closed border shared by two regions has it. Where rounding could change
-what is found (a corner on the line, or an end on a border) the line has no word, and is not used.
+A label is a mask, bit i for region i of the discs, then the polygons. Regions are closed: their
+border belongs to them. Two borders that the line meets within `SAME` of each other count as met
+together, and there regions are entered before others are left, as a closed border shared by two
+regions has it. Where rounding could change what is found (a corner on the line, or an end on a
+border) the line has no word, and is not used.
 """
 
 import math

@@ -192,11 +192,10 @@ def segments_square(
     side_d = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax)
     side_a = (dx - cx) * (ay - cy) - (dy - cy) * (ax - cx)
     side_b = (dx - cx) * (by - cy) - (dy - cy) * (bx - cx)
-    if ((side_c > 0.0) != (side_d > 0.0)) and ((side_a > 0.0) != (side_b > 0.0)):
-        # Rounding can only mistake segments that all but touch, and those are too near anyway;
-        # parallel ones have a side of zero, and are told apart by their ends below.
-        if side_c != 0.0 and side_d != 0.0 and side_a != 0.0 and side_b != 0.0:
-            return 0.0
+    # Rounding can only mistake segments that all but touch, and those are too near anyway; one
+    # whose end is on the other's line has a side of zero, and is told by the ends' distances.
+    if side_c * side_d < 0.0 and side_a * side_b < 0.0:
+        return 0.0
     near = point_segment_square(cx, cy, ax, ay, bx, by)
     near = min(near, point_segment_square(dx, dy, ax, ay, bx, by))
     near = min(near, point_segment_square(ax, ay, cx, cy, dx, dy))

@@ -8,6 +8,7 @@ graph, so the next response on the graph is at least as good as the path found h
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -292,7 +293,7 @@ def between(graph: RobotGraph, path: NDArray[np.float64], room: int) -> NDArray[
     radius = graph.radius_at(graph.size + room)
     speed = float(graph.surroundings.limits[SPEED])
     rows: list[NDArray[np.float64]] = [path[:1]]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in pairwise(path):
         dx, dy, dt = (b - a)[:3].tolist()
         whole = math.sqrt(dx * dx + dy * dy + speed * speed * dt * dt)
         steps = int(whole / radius * AT_MOST) + 1

@@ -92,3 +92,20 @@ def pieces_of(limits: NDArray[np.float64], states: NDArray[np.float64]) -> NDArr
         x, y, t = states[0, :3].tolist()
         return np.array([[t, t, x, y, 0.0, 0.0, 0.0, 0.0, 0.0]])
     return np.concatenate(rows)
+
+
+@kernel
+def path_costs(
+    limits: NDArray[np.float64], states: NDArray[np.float64], path: NDArray[np.int64]
+) -> tuple[float, float]:
+    """The length [m] and the duration [s] of a path, summed as responses sum them up."""
+    length = 0.0
+    duration = 0.0
+    pieces = np.empty((MAX_PIECES, PIECE))
+    for i in range(1, len(path)):
+        tail = path[i - 1]
+        head = path[i]
+        count = connection(limits, states, tail, head, pieces)
+        length += connection_length(states, tail, head, pieces, count)
+        duration += states[head, 2] - states[tail, 2]
+    return length, duration

@@ -3,7 +3,7 @@
 Solvers are rules about who answers whom, and when; what they do is all here.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,9 @@ from conav.planning.best_response import (
     best_response,
     make_roads,
 )
+from conav.planning.budget import Budget
 from conav.planning.extend import Sampler, grow
+from conav.planning.first_response import first_response
 from conav.planning.graph import (
     EDGE_TESTS,
     SAMPLES,
@@ -30,10 +32,12 @@ from conav.planning.graph import (
 )
 from conav.planning.labels import build_regions
 from conav.planning.letters import Task, task_of
+from conav.planning.lower_bound import sum_bound
 from conav.planning.obstacles import Obstacles, build_obstacles
+from conav.planning.pareto_response import pareto_response
 from conav.planning.radius import cube_root
 from conav.planning.shortcut import between, shortcut
-from conav.planning.steering import build_limits, pieces_of, start_state
+from conav.planning.steering import build_limits, path_costs, pieces_of, start_state
 from conav.planning.traffic import Traffic, build_traffic
 from conav.planning.types import PlanningProblem, PlanningResult, Trajectory
 from conav.status import Status
@@ -64,11 +68,13 @@ class Team:
     graphs: tuple[RobotGraph, ...]
     samplers: tuple[Sampler, ...]
     traffic: Traffic
-    roads: list[Roads | None]
+    roads: list[tuple[Roads, ...]]  # one for each component; none: the graph has grown
     paths: list[NDArray[np.int64] | None]
     costs: NDArray[np.float64]  # (robots, components), infinite without a path
+    least_lengths: NDArray[np.float64]  # (robots,) [m] certified; 0: nothing is known
     tested: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
     counters: dict[str, int] = field(default_factory=dict)
+    history: list[dict[str, object]] = field(default_factory=list)
 
     @property
     def size(self) -> int:
@@ -94,44 +100,69 @@ class Team:
         path = self.paths[robot]
         states = graph.vertices[path] if path is not None else graph.vertices[:0]
         grow(graph, self.samplers[robot], states, samples)
-        self.roads[robot] = None
+        self.roads[robot] = ()
 
-    def roads_of(self, robot: int) -> Roads:
+    def roads_of(self, robot: int) -> tuple[Roads, ...]:
         """The robot's graph, ready for responses; made anew when it has grown."""
-        roads = self.roads[robot]
-        if roads is None:
+        if not self.roads[robot]:
             arranged = arrange(self.graphs[robot].arrays)
             automaton = self.tasks[robot].automaton
-            roads = self.roads[robot] = make_roads(arranged, automaton, self.problem.costs[0])
-        return roads
+            self.roads[robot] = tuple(
+                make_roads(arranged, automaton, component) for component in self.problem.costs
+            )
+        return self.roads[robot]
 
     def active(self, robot: int) -> bool:
         """Whether the robot's graph has a path that does its task, with nobody about."""
-        return self.roads_of(robot).alone < np.inf
+        return self.roads_of(robot)[0].alone < np.inf
 
-    def response(
-        self, robot: int, heed: NDArray[np.bool_], bound: float | None = None, tolerated: int = 0
-    ) -> Response | None:
-        """What the robot does best given the heeded robots, if it costs less than the bound.
+    def solo(self) -> NDArray[np.float64]:
+        """The least of each component on each robot's graph with nobody about."""
+        return np.array(
+            [[roads.alone for roads in self.roads_of(robot)] for robot in range(self.size)]
+        )
 
-        Without one the bound is what its present path costs, and what a better one must gain.
+    def best_path(self, robot: int, heed: NDArray[np.bool_], tolerated: int = 0) -> Response | None:
+        """The robot's best path given the heeded robots, in the first component of its cost.
+
+        With `tolerated` it may run into them that many times (`conav.planning.best_response`).
         """
         self.count("responses")
-        limit = float(self.costs[robot, 0]) - LEAST_GAIN if bound is None else bound
         return best_response(
-            self.roads_of(robot),
+            self.roads_of(robot)[0],
             self.traffic,
             robot,
             self.graphs[robot].surroundings.limits,
             heed,
-            limit,
+            np.inf,
             self.tested,
             tolerated,
         )
 
+    def better_path(
+        self, robot: int, heed: NDArray[np.bool_], first: bool = False
+    ) -> Response | None:
+        """A path better than the robot's present one given the heeded robots, in all components.
+
+        The best, or with `first` the first that is found; of several components always the best.
+        """
+        self.count("responses")
+        roads = self.roads_of(robot)
+        limits = self.graphs[robot].surroundings.limits
+        present = self.costs[robot]
+        if len(roads) > 1:
+            return pareto_response(roads, self.traffic, robot, limits, heed, present, self.tested)
+        bound = float(present[0]) - LEAST_GAIN
+        respond = first_response if first else best_response
+        return respond(roads[0], self.traffic, robot, limits, heed, bound, self.tested)
+
     def adopt(self, robot: int, response: Response) -> None:
         """The response is the robot's path from now on."""
-        self.put(robot, response.path, np.array([response.cost]))
+        graph = self.graphs[robot]
+        length, duration = path_costs(graph.surroundings.limits, graph.vertices, response.path)
+        by_name = {"length": length, "duration": duration}
+        costs = np.array([by_name[component] for component in self.problem.costs])
+        self.put(robot, response.path, costs)
 
     def put(self, robot: int, path: NDArray[np.int64], costs: NDArray[np.float64]) -> None:
         """Gives the robot a path of its graph."""
@@ -176,15 +207,50 @@ class Team:
             return False
         rows = between(graph, after, len(after) * 4)
         graph.insert(rows[1:])
-        self.roads[robot] = None
+        self.roads[robot] = ()
         return True
 
     def trajectory(self, robot: int) -> Trajectory | None:
         """Where the robot goes, None without a path."""
         return None if self.paths[robot] is None else Trajectory(self.pieces(robot))
 
-    def result(self, status: Status, reason: str, **more: object) -> PlanningResult:
+    def note(self, budget: Budget, stage: str) -> None:
+        """Adds a line to the history if somebody's cost changed."""
+        costs = self.costs.tolist()
+        if self.history and self.history[-1]["costs"] == costs:
+            return
+        self.history.append(
+            {
+                "stage": stage,
+                "iteration": budget.iteration,
+                "samples": budget.drawn,
+                "costs": costs,
+            }
+        )
+
+    def what_is_missing(self, missing: Sequence[int]) -> str:
+        """Why a plan is not complete, in words; `missing` are the robots without a path."""
+        if not missing:
+            return "the budget ended before nobody could improve any more; raise it"
+        names = ", ".join(self.problem.robots[robot].name for robot in missing)
+        alone = [robot for robot in missing if not self.active(robot)]
+        if alone:
+            names_alone = ", ".join(self.problem.robots[robot].name for robot in alone)
+            return (
+                f"no path yet for {names}, and for {names_alone} not even alone; raise the budget"
+            )
+        return f"no path past the others yet for {names}; raise the budget"
+
+    def result(
+        self,
+        status: Status,
+        reason: str,
+        epsilon: NDArray[np.float64] | None = None,
+        iterations: int = 0,
+    ) -> PlanningResult:
         """What was found so far, as a result."""
+        planned = status != Status.INFEASIBLE
+        lengths = self.least_lengths.tolist()
         counters = {
             "vertices": sum(graph.size for graph in self.graphs),
             "edges": sum(graph.edges for graph in self.graphs),
@@ -192,6 +258,7 @@ class Team:
             "edge_tests": sum(int(graph.arrays.counts[EDGE_TESTS]) for graph in self.graphs),
             "collision_checks": int(self.tested[0]),
             "labels": int(self.tested[1]),
+            "iterations": iterations,
             **self.counters,
         }
         return PlanningResult(
@@ -199,9 +266,12 @@ class Team:
             reason=reason,
             trajectories=tuple(self.trajectory(robot) for robot in range(self.size)),
             costs=self.costs.copy(),
+            epsilon=epsilon,
+            solo=self.solo() if planned else None,
+            lower_bound=sum_bound(self.problem, lengths) if planned else None,
             counters=counters,
             graphs=tuple(graph.vertices.copy() for graph in self.graphs),
-            **more,  # pyright: ignore[reportArgumentType]
+            history=tuple(self.history),
         )
 
 
@@ -248,9 +318,10 @@ def build_team(problem: PlanningProblem, settings: GraphSettings, seed: int) -> 
         tuple(graphs),
         tuple(samplers),
         build_traffic(problem),
-        [None] * size,
+        [()] * size,
         [None] * size,
         np.full((size, len(problem.costs)), np.inf),
+        np.zeros(size),
     )
 
 
