@@ -6,6 +6,7 @@ from conav import __version__
 from conav.cli.compare import compare
 from conav.cli.explore import explore
 from conav.cli.maps import maps
+from conav.cli.plan import plan
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
 from conav.cli.scenes import scenes
@@ -19,6 +20,7 @@ app = App(
     help_format="plaintext",
 )
 app.command(explore)
+app.command(plan)
 app.command(compare)
 app.command(maps)
 app.command(scenes)
