@@ -214,6 +214,21 @@ class Team:
         """Where the robot goes, None without a path."""
         return None if self.paths[robot] is None else Trajectory(self.pieces(robot))
 
+    def gains(self) -> NDArray[np.float64] | None:
+        """What each robot could still gain alone on its graph, (robots,), in one cost.
+
+        0 for a robot with no path and none to be had, infinite for one that could have a path. None
+        where costs have several components, of which no single number tells.
+        """
+        if len(self.problem.costs) > 1:
+            return None
+        gains = np.zeros(self.size)
+        for robot in range(self.size):
+            found = self.better_path(robot, self.everybody())
+            if found is not None:
+                gains[robot] = self.costs[robot, 0] - found.cost
+        return gains
+
     def note(self, budget: Budget, stage: str) -> None:
         """Adds a line to the history if somebody's cost changed."""
         costs = self.costs.tolist()
