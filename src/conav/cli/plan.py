@@ -192,7 +192,7 @@ def _print_summary(
                 f"{summary['lower_bound']:.4g} {unit}"
             )
         print(text)
-    if all(robot["epsilon"] == 0.0 for robot in robots):
+    if summary["status"] == "done" and all(robot["epsilon"] == 0.0 for robot in robots):
         print("  an equilibrium: on its graph no robot can do better alone")
     for robot in robots[:SHOWN]:
         if robot["arrival_s"] is None:
