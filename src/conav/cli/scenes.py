@@ -116,7 +116,7 @@ def _list(png: Path | None, json: bool) -> int:
         print(json_module.dumps({"job": "scenes", "made": rows}))
         return 0
     for row in rows:
-        print(f"{row['name']}: {row['description']}")
+        print(fill(f"{row['name']}: {row['description']}", 98, subsequent_indent="  "))
         settings = ", ".join(f"{key}={_said(value)}" for key, value in row["settings"].items())
         print(fill(settings, 98, initial_indent="  ", subsequent_indent="  "))
     print("plan one: conav plan random-discs:8,obstacles=20 --png plan.png")
