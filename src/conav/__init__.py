@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from conav.maps.ros_map_server import write_ros_map
     from conav.pictures.animation import save_animation
     from conav.pictures.still import save_still
+    from conav.planning.verify import verify_plan
     from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
@@ -39,6 +40,7 @@ _PUBLIC = {
     "save_animation": "conav.pictures.animation",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
+    "verify_plan": "conav.planning.verify",
     "write_ros_map": "conav.maps.ros_map_server",
 }
 
@@ -60,6 +62,7 @@ __all__ = [
     "save_animation",
     "save_still",
     "verify_exploration",
+    "verify_plan",
     "write_ros_map",
 ]
 
