@@ -32,6 +32,7 @@ class AnytimePrioritized(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
+        team.lay_guides()
         while budget.growing:
             samples = budget.next_batch(self.batch)
             for robot in range(team.size):

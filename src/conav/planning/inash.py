@@ -49,6 +49,7 @@ class INash(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
+        team.lay_guides()
         game = _Game(self, team, budget, seed)
         while budget.growing:
             game.iterate(budget.next_batch(self.batch))

@@ -31,6 +31,7 @@ class Prioritized(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
+        team.lay_guides()
         while budget.growing:
             samples = budget.next_batch(self.batch)
             for robot in range(team.size):

@@ -30,6 +30,7 @@ from conav.planning.graph import (
     build_graph,
     make_rule,
 )
+from conav.planning.guide import Cells, build_cells, delayed, guide_path
 from conav.planning.labels import build_regions
 from conav.planning.letters import Task, task_of
 from conav.planning.lower_bound import sum_bound
@@ -37,10 +38,13 @@ from conav.planning.obstacles import Obstacles, build_obstacles
 from conav.planning.pareto_response import pareto_response
 from conav.planning.radius import cube_root
 from conav.planning.shortcut import between, shortcut
-from conav.planning.steering import build_limits, path_costs, pieces_of, start_state
+from conav.planning.steering import STATE, build_limits, path_costs, pieces_of, start_state
 from conav.planning.traffic import Traffic, build_traffic
 from conav.planning.types import PlanningProblem, PlanningResult, Trajectory
 from conav.status import Status
+
+GUIDE_TRIES = 1000
+"""At straightening a guide."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class GraphSettings:
     wait_share: float = 0.05  # waits
     local_share: float = 0.3  # around the present path
     shortcut_tries: int = 200  # at straightening a path that got better; 0: never
+    guide: bool = True  # begin with a path from a search over cells
+    delays: int = 8  # copies of it, each later by the time of half a connection radius
 
 
 @dataclass(eq=False)
@@ -68,6 +74,7 @@ class Team:
     graphs: tuple[RobotGraph, ...]
     samplers: tuple[Sampler, ...]
     traffic: Traffic
+    guides: list[NDArray[np.float64]]  # per robot the states of its guide, may be none
     roads: list[tuple[Roads, ...]]  # one for each component; none: the graph has grown
     paths: list[NDArray[np.int64] | None]
     costs: NDArray[np.float64]  # (robots, components), infinite without a path
@@ -94,11 +101,36 @@ class Team:
         heed[list(robots)] = True
         return heed
 
+    def lay_guides(self) -> None:
+        """Puts a first path of each robot into its graph, where a search over cells finds one."""
+        if not self.settings.guide or self.settings.mode == "paper":
+            return
+        problem = self.problem
+        cells: dict[float, Cells] = {}
+        for robot, at in enumerate(problem.robots):
+            graph = self.graphs[robot]
+            if at.radius_m not in cells:
+                obstacles = graph.surroundings.obstacles
+                cells[at.radius_m] = build_cells(obstacles, problem.floor.bounds, at.radius_m)
+            automaton = self.tasks[robot].automaton
+            path = guide_path(graph, cells[at.radius_m], automaton, problem.horizon_s)
+            if path is None:
+                continue
+            self.guides[robot] = self._straightened(robot, path, self.only([]), GUIDE_TRIES)
+            rows = between(graph, self.guides[robot], len(path))
+            graph.insert(rows[1:])
+            wait = graph.radius_at(graph.size + len(rows) * self.settings.delays) / (
+                2.0 * at.speed_mps
+            )
+            graph.insert(delayed(rows, wait, self.settings.delays, problem.horizon_s))
+            self.roads[robot] = ()
+            self.count("guides")
+
     def grow(self, robot: int, samples: int) -> None:
         """The robot's graph grows by what so many samples give."""
         graph = self.graphs[robot]
         path = self.paths[robot]
-        states = graph.vertices[path] if path is not None else graph.vertices[:0]
+        states = graph.vertices[path] if path is not None else self.guides[robot]
         grow(graph, self.samplers[robot], states, samples)
         self.roads[robot] = ()
 
@@ -190,25 +222,29 @@ class Team:
             return False
         graph = self.graphs[robot]
         before = graph.vertices[path]
-        sampler = self.samplers[robot]
-        after = shortcut(
-            graph,
-            before,
-            self.tasks[robot].automaton,
-            self.traffic,
-            robot,
-            heed,
-            np.uint64(int(sampler.seed) ^ (self.counters.get("shortcuts", 0) << 20)),
-            self.settings.shortcut_tries,
-            "duration" in self.problem.costs,
-        )
-        self.count("shortcuts")
+        after = self._straightened(robot, before, heed, self.settings.shortcut_tries)
         if len(after) == len(before) and np.array_equal(after, before):
             return False
         rows = between(graph, after, len(after) * 4)
         graph.insert(rows[1:])
         self.roads[robot] = ()
         return True
+
+    def _straightened(
+        self, robot: int, path: NDArray[np.float64], heed: NDArray[np.bool_], tries: int
+    ) -> NDArray[np.float64]:
+        self.count("shortcuts")
+        return shortcut(
+            self.graphs[robot],
+            path,
+            self.tasks[robot].automaton,
+            self.traffic,
+            robot,
+            heed,
+            np.uint64(int(self.samplers[robot].seed) ^ (self.counters["shortcuts"] << 20)),
+            tries,
+            "duration" in self.problem.costs,
+        )
 
     def trajectory(self, robot: int) -> Trajectory | None:
         """Where the robot goes, None without a path."""
@@ -333,6 +369,7 @@ def build_team(problem: PlanningProblem, settings: GraphSettings, seed: int) -> 
         tuple(graphs),
         tuple(samplers),
         build_traffic(problem),
+        [np.empty((0, STATE))] * size,
         [()] * size,
         [None] * size,
         np.full((size, len(problem.costs)), np.inf),
