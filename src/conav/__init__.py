@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from conav.maps.ros_map_server import write_ros_map
     from conav.pictures.animation import save_animation
     from conav.pictures.still import save_still
+    from conav.planning.plan import plan
+    from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
     from conav.planning.verify import verify_plan
     from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
@@ -30,8 +32,13 @@ _PUBLIC = {
     "InputError": "conav.errors",
     "OccupancyGrid": "conav.maps.occupancy_grid",
     "Status": "conav.status",
+    "PlanningProblem": "conav.planning.types",
+    "PlanningResult": "conav.planning.types",
+    "PlanningRobot": "conav.planning.types",
+    "Region": "conav.planning.types",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
+    "plan": "conav.planning.plan",
     "read_exploration": "conav.runs.reader",
     "read_map": "conav.maps.read_map",
     "read_plan": "conav.runs.reader",
@@ -50,10 +57,15 @@ __all__ = [
     "Exploration",
     "InputError",
     "OccupancyGrid",
+    "PlanningProblem",
+    "PlanningResult",
+    "PlanningRobot",
+    "Region",
     "Status",
     "__version__",
     "builtin_map",
     "explore",
+    "plan",
     "read_exploration",
     "read_map",
     "read_plan",
