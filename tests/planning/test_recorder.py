@@ -21,7 +21,7 @@ from conav.planning.trajectory import positions
 from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
 from conav.runs.types import PlanRun
 
-from .conftest import hand_problem, hand_result, hand_trajectories, write_plan
+from .hand_plan import hand_problem, hand_result, hand_trajectories, write_plan
 
 
 def test_the_problem_comes_back(hand_run: PlanRun) -> None:
@@ -90,7 +90,7 @@ def test_other_jobs_are_told_apart(hand_run: PlanRun) -> None:
 KILLED = """
 import os, sys
 sys.path.insert(0, sys.argv[2])
-from tests_planning_conftest import hand_problem, hand_trajectories
+from hand_plan_copy import hand_problem, hand_trajectories
 from conav.planning.recorder import PlanRecorder
 import conav.runs.writer
 conav.runs.writer.FLUSH_S = 0.0
@@ -103,8 +103,8 @@ sys.stdin.read()
 
 
 def test_a_killed_solver_leaves_what_it_had(tmp_path: Path) -> None:
-    source = Path(__file__).with_name("conftest.py").read_text()
-    (tmp_path / "tests_planning_conftest.py").write_text(source)
+    source = Path(__file__).with_name("hand_plan.py").read_text()
+    (tmp_path / "hand_plan_copy.py").write_text(source)
     path = tmp_path / "killed.mcap"
     process = subprocess.Popen(
         [sys.executable, "-c", KILLED, str(path), str(tmp_path)],

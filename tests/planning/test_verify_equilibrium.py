@@ -28,7 +28,7 @@ from conav.planning.verify_task import names_in, read_formula, satisfied
 from conav.runs.reader import read_plan
 from conav.runs.types import PlanRun
 
-from .conftest import hand_problem
+from .hand_plan import hand_problem
 
 
 def crossing(costs: tuple[str, ...] = ("length",), after: Any = "stay") -> PlanningProblem:

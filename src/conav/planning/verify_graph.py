@@ -1,4 +1,4 @@
-"""The edges of a robot's graph from its vertices alone, by the rule in docs/planning-graph.md.
+"""The edges of a robot's graph from its vertices alone, by the rule in docs/verify.md.
 
 Every pair of vertices is looked at. What rounding could decide either way is told apart: an edge is
 sure, or it is perhaps one.
