@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from math import atan2, isclose
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,12 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from conav.errors import InputError
+from conav.planning.budget import Progress
+from conav.planning.catalogue import make_solver, settings_of
 from conav.planning.recorded import problem_record, recorded_problem, recorded_trajectories
 from conav.planning.recorder import PlanRecorder
 from conav.planning.trajectory import positions
+from conav.planning.verify import verify_plan
 from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
 from conav.runs.types import PlanRun
 
@@ -85,6 +89,34 @@ def test_the_digest_is_of_the_plan_alone(tmp_path: Path) -> None:
 def test_other_jobs_are_told_apart(hand_run: PlanRun) -> None:
     with pytest.raises(InputError, match="job 'plan'"):
         read_exploration(hand_run.path)
+
+
+def test_a_solver_is_followed(scenes: SimpleNamespace, tmp_path: Path) -> None:
+    """What is written on the way is the history, with the plan of each moment."""
+    problem = scenes.antipodal(4)
+    solver = make_solver("inash", {"samples": 600, "batch": 100})
+    seen = []
+    with PlanRecorder(
+        tmp_path / "p.mcap", problem, solver="inash", settings=settings_of(solver), seed=2
+    ) as recorder:
+
+        def follow(progress: Progress) -> None:
+            recorder.follow(progress)
+            seen.append(progress.costs[:, 0].tolist())
+
+        result = solver.solve(problem, 2, follow)
+        recorder.finish(result, compute_s=0.0)
+    run = read_plan(tmp_path / "p.mcap")
+    assert len(run.history) == len(result.history) > 1
+    assert {one.improvement for one in run.trajectories} <= set(range(1, len(run.history) + 1))
+    assert len(run.trajectories) > 4
+    for one, expected in zip(recorded_trajectories(run), result.trajectories, strict=True):
+        assert one is not None
+        assert expected is not None
+        assert np.array_equal(one.pieces, expected.pieces)
+    report = verify_plan(run)
+    assert report.accepted, report.lines()
+    assert next(check for check in report.checks if check.name == "history").looked > 4
 
 
 KILLED = """

@@ -75,20 +75,21 @@ def check_history(run: PlanRun, scene: Scene, check: Check) -> None:
     """
     if run.header.get("solver") != "inash":
         return
-    last: dict[int, list[float]] = {}
+    last: dict[int, tuple[list[float], int]] = {}
     for record in run.trajectories:
-        entry = run.history[record.improvement - 1] if record.improvement else {}
         if record.robot >= len(scene.bodies) or not np.isfinite(record.pieces).all():
             check.fault(Violation(f"has a trajectory of robot {record.robot}, which is none"))
             continue
         check.looked += 1
         name = scene.bodies[record.robot].name
-        before = last.pop(record.robot, None)
+        before, since = last.pop(record.robot, (None, 0))
         if len(record.pieces):
-            last[record.robot] = costs_of(record.pieces, scene.costs)
-        if before is None or entry.get("stage") == "feasibility":
+            costs = costs_of(record.pieces, scene.costs)
+            last[record.robot] = costs, record.improvement
+        between = run.history[since : record.improvement]
+        if before is None or any(entry.get("stage") == "feasibility" for entry in between):
             continue
-        after = last.get(record.robot)
+        after, _ = last.get(record.robot, (None, 0))
         if after is None:
             check.fault(Violation("loses its trajectory in the game", (name,)))
         elif any(b > a + TOLERANCE for a, b in zip(before, after, strict=True)):
