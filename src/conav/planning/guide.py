@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.planning.graph import LETTER, RobotGraph, letter_of
-from conav.planning.labels import MAX_EVENTS, UNCLEAR, point_label, segment_word
+from conav.planning.labels import MAX_EVENTS, UNCLEAR, on_border, point_label, segment_word
 from conav.planning.obstacles import Obstacles, segment_free
 from conav.planning.steering import AT_MOST, SPEED, STATE
 from conav.tasks.automaton import INITIAL, Automaton
@@ -187,13 +187,12 @@ def _search(
         return only
     labels = np.empty(rows * columns, np.int64)
     for at in range(rows * columns):
-        labels[at] = point_label(
-            discs,
-            rings,
-            sides,
-            left + (at % columns + 0.5) * cell,
-            low + (at // columns + 0.5) * cell,
-        )
+        centre_x = left + (at % columns + 0.5) * cell
+        centre_y = low + (at // columns + 0.5) * cell
+        if on_border(discs, rings, sides, centre_x, centre_y):
+            labels[at] = UNCLEAR  # no vertex may be there
+        else:
+            labels[at] = point_label(discs, rings, sides, centre_x, centre_y)
     start_label = point_label(discs, rings, sides, x, y)
     cost = np.full(rows * columns * states, np.inf)
     before = np.full(rows * columns * states, -1, np.int64)
@@ -209,6 +208,8 @@ def _search(
             if not segment_free(grid, starts, items, shapes, x, y, to_x, to_y):
                 continue
             to = v * columns + u
+            if labels[to] == UNCLEAR:
+                continue
             state = _state_after(
                 discs, rings, sides, masks, transition, x, y, to_x, to_y, start_label,
                 int(labels[to]), start_state, places, word,
@@ -244,7 +245,7 @@ def _search(
             useful = False
             for after in range(states):
                 useful |= key + length < cost[to * states + after] and not sink[after]
-            if not useful:
+            if not useful or labels[to] == UNCLEAR:
                 continue
             after = _state_after(
                 discs, rings, sides, masks, transition, from_x, from_y,
