@@ -10,7 +10,7 @@ a polygon. `build` is the triangulation with its grid.
 A second table has calls from Python: `sees` for two random points, `pairs` who sees whom among all
 vertices, `hidden` the hidden regions of a viewpoint whose polygon is known, and the cells of two
 and of three such viewpoints; `overlay` is the floor less two polygons by shapely on a grid of
-1e-8, where it is installed.
+1e-8.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
@@ -198,10 +199,6 @@ def measure_more(name: str, rings: Rings, repeat: int, rng: np.random.Generator)
 
 
 def overlay(rings: Rings, views: list[VisibilityPolygon], repeat: int) -> str:
-    try:
-        import shapely
-    except ImportError:
-        return "-"
     whole = shapely.Polygon(rings[0], rings[1:])
     polygons = [shapely.make_valid(shapely.Polygon(view.corners)) for view in views]
 

@@ -254,6 +254,22 @@ def test_another_map_of_that_name_is_another_run(tmp_path: Path) -> None:
     assert small(tmp_path, maps=[conav.OccupancyGrid(other.cells, 0.5, name="rooms")]).played == 4
 
 
+def test_a_map_may_say_its_own_scale(tmp_path: Path) -> None:
+    file = tmp_path / "rooms.txt"
+    file.write_text(ROOMS.strip() + "\n")
+    made = study(maps=[f"{file}@0.5", f"{file}@0.25"])
+    assert [place.name for place in made.maps] == ["rooms", f"{file}@0.25"]
+    assert made.maps[0].content == study(maps=[GRID]).maps[0].content
+    assert made.maps[1].content != made.maps[0].content
+    assert small(tmp_path, maps=[f"{file}@0.5"]).played == 4
+    assert f"{file}@0.5" in (tmp_path / "README.md").read_text()
+    odd = tmp_path / "odd@2.txt"
+    odd.write_text(ROOMS.strip() + "\n")
+    assert [place.name for place in study(maps=[str(odd)]).maps] == ["odd@2"]
+    with pytest.raises(InputError, match="metres per cell above 0"):
+        study(maps=[f"{file}@-1"])
+
+
 def test_other_code_is_another_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from conav.experiments.compare import source
 

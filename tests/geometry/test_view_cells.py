@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -237,20 +238,19 @@ def depth(ring: np.ndarray, point) -> float:
 @settings(max_examples=60, deadline=None)
 @given(floors, st.integers(2, 4), st.integers(0, 2**32 - 1))
 def test_shadows_are_what_an_overlay_leaves(rings, count: int, seed: int) -> None:
-    shapely = pytest.importorskip("shapely", reason="needs shapely for the overlay")
     points = viewpoints(rings, count, np.random.default_rng(seed))
     _, views, cells = part(rings, points)
     left = shapely.Polygon(rings[0], rings[1:])
     for view in views:
         if len(view.corners):
             polygon = shapely.make_valid(shapely.Polygon(view.corners))
-            left = polygons(shapely, shapely.difference(left, polygon, grid_size=1e-8))
+            left = polygons(shapely.difference(left, polygon, grid_size=1e-8))
     sizes = sorted(g.area for g in shapely.get_parts(left) if g.area > 1e-5)
     ours = [size for size in shadow_areas(cells) if size > 1e-5]
     assert ours == pytest.approx(sizes, abs=1e-5)
 
 
-def polygons(shapely, geometry):
+def polygons(geometry):
     parts = [g for g in shapely.get_parts(geometry) if g.geom_type == "Polygon" and g.area > 0]
     return shapely.MultiPolygon(parts)
 

@@ -57,7 +57,7 @@ def compare(
     ----------
     map
         Map files or built-in maps' names; conav maps lists those. Each seed is another layout of a
-        built-in map.
+        built-in map. FILE@METRES says the metres per cell of one of them.
     strategies
         Names, parted by commas. NAME=STRATEGY is a strategy under a name of its own, for two of a
         kind with different settings. Ratios are to the first.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
+from conav.exploration import verify_sight as sight
 from conav.exploration.verify_faults import DEAD
 from conav.exploration.verify_radio import (
     Air,
@@ -21,7 +22,7 @@ from conav.exploration.verify_radio import (
     count_traffic,
 )
 from conav.exploration.verify_world import Check, Knowledge, World
-from conav.runs.types import Run, StepRecord
+from conav.runs.types import ExplorationRun, StepRecord
 
 
 class Seen(NamedTuple):
@@ -33,7 +34,7 @@ class Seen(NamedTuple):
 
 
 def check_knowledge(
-    run: Run,
+    run: ExplorationRun,
     world: World,
     found: NDArray[np.uint8],
     observable: NDArray[np.uint8],
@@ -138,7 +139,7 @@ class _Eyes:
         self._visited[robot].add(cell)
         claimed = self._claimed.reshape(-1)
         claimed[cells] = 1
-        missed, fresh = geometry.look_around(
+        missed, fresh = sight.look_around(
             self.world.walls,
             *known.of(owner),
             self._claimed,

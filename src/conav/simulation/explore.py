@@ -23,7 +23,7 @@ from conav.robots.radio import radio as make_radio
 from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
 from conav.robots.sensor import sensor as make_sensor
-from conav.runs.writer import RunWriter
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.simulation.finish_bounds import finish_bounds
 from conav.simulation.run_exploration import ExplorationResult, run_exploration
 from conav.simulation.starts import start_together, starts_at
@@ -144,11 +144,14 @@ def load_map(
 ) -> OccupancyGrid:
     """The grid behind a built-in name, a file or a grid itself.
 
-    `resolution` [m] overrides a built-in map's and is needed for bare pictures; `seed` makes a
-    built-in map's layout. A file beats a built-in map of the same name when its name has a suffix.
+    `resolution` [m] overrides a built-in map's and is needed for bare pictures; "NAME@METRES" says
+    it for one map among several. `seed` makes a built-in map's layout. A file beats a built-in map
+    of the same name when its name has a suffix.
     """
     if isinstance(source, OccupancyGrid):
         return source
+    source, own = map_and_resolution(source)
+    resolution = resolution if own is None else own
     if str(source) in BUILTIN:
         return builtin_map(str(source), resolution=resolution, seed=seed)
     if not Path(source).suffix and not Path(source).exists():
@@ -158,6 +161,21 @@ def load_map(
             "built-in maps: " + ", ".join(BUILTIN),
         )
     return read_map(Path(source), resolution=resolution, outside_folder=outside_folder)
+
+
+def map_and_resolution(source: str | os.PathLike[str]) -> tuple[str, float | None]:
+    """The map's name or path and its metres per cell, from "NAME@METRES"; None where not said.
+
+    A file whose own name ends like that is a file.
+    """
+    text = str(source)
+    name, at, metres = text.rpartition("@")
+    if not at or not name or Path(text).exists():
+        return text, None
+    try:
+        return name, float(metres)
+    except ValueError:
+        return text, None
 
 
 def exploration_problem(
@@ -268,7 +286,7 @@ def explore(
     if out is None:
         result = run_exploration(given, mind, name=name, progress=progress)
         return Exploration(given, name, result, warnings, None)
-    with RunWriter(out) as writer:
+    with ExplorationWriter(out) as writer:
         result = run_exploration(given, mind, name=name, writer=writer, progress=progress)
     return Exploration(given, name, result, warnings, Path(out))
 

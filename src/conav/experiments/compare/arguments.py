@@ -18,7 +18,13 @@ from conav.maps.occupancy_grid import OccupancyGrid
 from conav.robots.motion import MOTIONS
 from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
-from conav.simulation.explore import MAX_ROBOTS, load_map, make_faults, make_link
+from conav.simulation.explore import (
+    MAX_ROBOTS,
+    load_map,
+    make_faults,
+    make_link,
+    map_and_resolution,
+)
 from conav.simulation.finish_bounds import check_effort
 
 Map = str | os.PathLike[str] | OccupancyGrid
@@ -87,19 +93,23 @@ def _maps(maps: Sequence[Map], world: World) -> tuple[MapSource, ...]:
     found: dict[str, MapSource] = {}
     for item in _some("map", maps):
         source = item if isinstance(item, OccupancyGrid) else str(item)
-        if source in BUILTIN:
-            name = str(source)
+        bare, scale = (
+            (None, None) if isinstance(source, OccupancyGrid) else map_and_resolution(source)
+        )
+        if bare in BUILTIN:
+            name = bare
             drawn = source_hash(BUILTIN[name].function.partition(":")[0])
-            made = MapSource(name, name, f"built-in {name} {drawn}", seeded=True)
+            content = f"built-in {name} {drawn}" + (f" {scale!r}" if scale is not None else "")
+            made = MapSource(name, str(source), content, seeded=True)
         else:
             grid = load_map(
                 source, resolution=world.resolution, outside_folder=world.outside_folder
             )
-            name = grid.name if isinstance(source, OccupancyGrid) else _name(Path(source))
+            name = grid.name if bare is None else _name(Path(bare))
             content = map_content(grid)
             taken = name in BUILTIN or (name in found and found[name].content != content)
-            if taken and not isinstance(source, OccupancyGrid):
-                name = source  # files of one name in several folders
+            if taken and bare is not None:
+                name = str(source)  # files of one name in several folders, one file at two scales
             made = MapSource(name, source, content, seeded=False)
         before = found.setdefault(name, made)
         if before.content != made.content:

@@ -1,0 +1,1 @@
+"""Motion planning for robots with tasks of their own."""
