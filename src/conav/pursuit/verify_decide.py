@@ -4,8 +4,10 @@ Shadows are refined only where it matters: a link between two shadows that might
 through is either confirmed by a point that nobody sees all along, or its motion is halved.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,33 +40,71 @@ class Decision:
 
     verdict: Verdict
     pieces: tuple[Piece, ...]
-    labels: tuple[Flags, ...]  # contaminated shadows before each piece and after the last
-    route: tuple[int, ...]  # of an escape: the shadow before each piece and after the last
+    labels: tuple[Flags, ...]  # shadows that may hold an evader, before each piece and at the end
+    route: tuple[int, ...]  # of an escape: the shadow before each piece and at the end
     reason: str  # of UNKNOWN
 
 
+class Settled(NamedTuple):
+    """What became of questions about shadows."""
+
+    pieces: list[Piece]
+    labels: tuple[Flags, ...]  # shadows that may hold an evader, before each piece and at the end
+    sure: tuple[Flags, ...]  # those that do, of the ones that matter
+    came: tuple[NDArray[np.int64], ...]  # from which shadow one comes into each of those
+    open: bool  # whether something is neither sure nor excluded
+    exhausted: bool  # whether that is because there would be too many motions
+
+
+Targets = Callable[[list[Piece]], dict[int, Flags]]
+"""Which shadows are asked about: by the number of the piece they are there before."""
+
+
 def decide(pieces: list[Piece], stepper: Stepper, max_pieces: int = MAX_PIECES) -> Decision:
-    """The verdict on the motions of a schedule."""
+    """The verdict on the motions of a schedule: whether a shadow at the end may hold an evader."""
+
+    def at_the_end(pieces: list[Piece]) -> dict[int, Flags]:
+        return {len(pieces): np.ones(pieces[-1].step(stepper).regions.n_new, dtype=np.bool_)}
+
+    found = settle(pieces, stepper, at_the_end, max_pieces, first_only=True)
+    if found.sure[-1].any():
+        verdict, reason = Verdict.ESCAPES, ""
+    elif not found.open:
+        verdict, reason = Verdict.CAPTURED, ""
+    else:
+        verdict, reason = Verdict.UNKNOWN, (
+            f"more than {max_pieces} motions would have to be looked at"
+            if found.exhausted
+            else "motions cannot be halved any further on the lattice, and no point was found that "
+            "stays hidden"
+        )
+    route = _route(found) if verdict is Verdict.ESCAPES else ()
+    return Decision(verdict, tuple(found.pieces), found.labels, route, reason)
+
+
+def settle(
+    pieces: list[Piece],
+    stepper: Stepper,
+    targets: Targets,
+    max_pieces: int = MAX_PIECES,
+    *,
+    first_only: bool = False,
+) -> Settled:
+    """For the shadows asked about, whether an evader may be in them, as far as it can be told.
+
+    With `first_only` it ends when one is sure.
+    """
     while True:
         labels = _forward(pieces, stepper)
-        if not labels[-1].any():
-            return Decision(Verdict.CAPTURED, tuple(pieces), labels, (), "")
-        search = _Search(pieces, stepper, labels)
-        if search.route:
-            return Decision(Verdict.ESCAPES, tuple(pieces), labels, search.route, "")
-        if not search.to_halve:
-            reason = (
-                "where it matters the lattice ends: motions cannot be halved any further, and "
-                "no point was found that stays hidden"
-            )
-            return Decision(Verdict.UNKNOWN, tuple(pieces), labels, (), reason)
-        finer: list[Piece] = []
-        for k, piece in enumerate(pieces):
-            finer += search.to_halve.get(k, (piece,))
-        pieces = finer
-        if len(pieces) > max_pieces:
-            reason = f"more than {max_pieces} motions would have to be looked at"
-            return Decision(Verdict.UNKNOWN, tuple(pieces), labels, (), reason)
+        asked = targets(pieces)
+        matters = _backward(pieces, stepper, labels, asked)
+        sure, came, halves = _search(pieces, stepper, matters)
+        is_open = any((flags & labels[k] & ~sure[k]).any() for k, flags in asked.items())
+        found = any((flags & sure[k]).any() for k, flags in asked.items())
+        done = not is_open or not halves or (first_only and found)
+        if done or len(pieces) + len(halves) > max_pieces:
+            return Settled(pieces, labels, sure, came, is_open, not done)
+        pieces = [part for k, piece in enumerate(pieces) for part in halves.get(k, (piece,))]
 
 
 def _forward(pieces: list[Piece], stepper: Stepper) -> tuple[Flags, ...]:
@@ -77,57 +117,66 @@ def _forward(pieces: list[Piece], stepper: Stepper) -> tuple[Flags, ...]:
     return tuple(labels)
 
 
-class _Search:
-    """A forward search over confirmed links, and the motions to halve where it does not get on."""
+def _backward(
+    pieces: list[Piece], stepper: Stepper, labels: tuple[Flags, ...], asked: dict[int, Flags]
+) -> tuple[Flags, ...]:
+    """Which shadows that may hold an evader are asked about or lead to one that is."""
+    nothing = np.zeros(len(labels[-1]), dtype=np.bool_)
+    matters = [labels[-1] & asked.get(len(pieces), nothing)]
+    for k in range(len(pieces) - 1, -1, -1):
+        links = pieces[k].step(stepper).regions.links
+        wanted = links[:, matters[-1]].any(axis=1)
+        if k in asked:
+            wanted |= asked[k]
+        matters.append(labels[k] & wanted)
+    return tuple(reversed(matters))
 
-    def __init__(self, pieces: list[Piece], stepper: Stepper, labels: tuple[Flags, ...]) -> None:
-        self.route: tuple[int, ...] = ()
-        self.to_halve: dict[int, tuple[Piece, Piece]] = {}
-        matters = self._backward(pieces, stepper, labels)
-        sure = np.ones(1, dtype=np.bool_)  # reached over confirmed links
-        perhaps = np.ones(1, dtype=np.bool_)  # also over links that can be settled no further
-        came: list[NDArray[np.int64]] = []
-        for k, piece in enumerate(pieces):
-            links = piece.step(stepper).regions.links
-            next_sure = np.zeros(links.shape[1], dtype=np.bool_)
-            next_perhaps = np.zeros(links.shape[1], dtype=np.bool_)
-            source = np.full(links.shape[1], -1, dtype=np.int64)
-            halves: tuple[Piece, Piece] | None = None
-            for i in np.flatnonzero(perhaps & matters[k]).tolist():
-                for j in np.flatnonzero(links[i] & matters[k + 1]).tolist():
-                    if next_sure[j] or (next_perhaps[j] and not sure[i]):
-                        continue
-                    if witness(piece, i, j, stepper) is not None:
-                        next_perhaps[j] = True
-                        if sure[i]:
-                            next_sure[j] = True
-                            source[j] = i
-                        continue
-                    halves = halves or piece.halves()
-                    if halves is None:
-                        next_perhaps[j] = True
-                    else:
-                        self.to_halve[k] = halves
-            came.append(source)
-            sure, perhaps = next_sure, next_perhaps
-        if sure.any():
-            at = int(np.flatnonzero(sure)[0])
-            route = [at]
-            for source in reversed(came):
-                at = int(source[at])
-                route.append(at)
-            self.route = tuple(reversed(route))
 
-    @staticmethod
-    def _backward(
-        pieces: list[Piece], stepper: Stepper, labels: tuple[Flags, ...]
-    ) -> tuple[Flags, ...]:
-        """Which contaminated shadows lead to one at the end."""
-        matters = [labels[-1]]
-        for piece, label in zip(reversed(pieces), reversed(labels[:-1]), strict=True):
-            links = piece.step(stepper).regions.links
-            matters.append(label & links[:, matters[-1]].any(axis=1))
-        return tuple(reversed(matters))
+def _search(
+    pieces: list[Piece], stepper: Stepper, matters: tuple[Flags, ...]
+) -> tuple[tuple[Flags, ...], tuple[NDArray[np.int64], ...], dict[int, tuple[Piece, Piece]]]:
+    """Shadows reached over confirmed links alone, from where, and the motions to halve to get on.
+
+    Beyond a link that can be settled no further it goes on, so that later motions are halved that
+    may cut it off.
+    """
+    sure = [np.ones(1, dtype=np.bool_) & matters[0]]
+    perhaps = sure[0]
+    came: list[NDArray[np.int64]] = []
+    to_halve: dict[int, tuple[Piece, Piece]] = {}
+    for k, piece in enumerate(pieces):
+        links = piece.step(stepper).regions.links
+        next_sure = np.zeros(links.shape[1], dtype=np.bool_)
+        next_perhaps = np.zeros(links.shape[1], dtype=np.bool_)
+        source = np.full(links.shape[1], -1, dtype=np.int64)
+        for i in np.flatnonzero(perhaps).tolist():
+            for j in np.flatnonzero(links[i] & matters[k + 1]).tolist():
+                if next_sure[j] or (next_perhaps[j] and not sure[k][i]):
+                    continue
+                if witness(piece, i, j, stepper) is not None:
+                    next_perhaps[j] = True
+                    if sure[k][i]:
+                        next_sure[j] = True
+                        source[j] = i
+                    continue
+                halves = to_halve.get(k) or piece.halves()
+                if halves is None:
+                    next_perhaps[j] = True
+                else:
+                    to_halve[k] = halves
+        came.append(source)
+        sure.append(next_sure)
+        perhaps = next_perhaps
+    return tuple(sure), tuple(came), to_halve
+
+
+def _route(found: Settled) -> tuple[int, ...]:
+    at = int(np.flatnonzero(found.sure[-1])[0])
+    route = [at]
+    for source in reversed(found.came):
+        at = int(source[at])
+        route.append(at)
+    return tuple(reversed(route))
 
 
 def witness(piece: Piece, old: int, new: int, stepper: Stepper) -> Point | None:

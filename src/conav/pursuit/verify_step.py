@@ -21,9 +21,8 @@ class Mover(NamedTuple):
     before: Point
     after: Point
     range: int | None  # [lattice units] rounded down; None: no limit
-    old: bool = True  # whether it counts for the view before the motion,
-    new: bool = True  # for the view after it,
-    throughout: bool = True  # and for what is seen all along
+    old: bool = True  # whether it counts for the view before the motion
+    new: bool = True  # and for the view after it
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +83,7 @@ class Stepper:
                 count += len(view.segments)
             if not moves:
                 table[i, 1] = table[i, 0]
-            long = mover.range is not None and moves and _far(mover, mover.range)
-            table[i, 2:] = -1, mover.old, mover.new, mover.throughout and not long
+            table[i, 2:] = -1, mover.old, mover.new, self.sees_throughout(mover)
         anchors = np.arange(count, count + len(places), dtype=np.int64)
         extra = [self._view(*place).anchor for place in places]
         for i, mover in enumerate(movers):
@@ -114,6 +112,16 @@ class Stepper:
             )
         )
         return Step(tuple(movers), instant, faces, regions)
+
+    @staticmethod
+    def sees_throughout(mover: Mover) -> bool:
+        """Whether what the mover sees all along is looked for: not of long drives in short sight.
+
+        Up to half its range, the whole path is within range of both of its ends.
+        """
+        (ax, ay), (bx, by) = mover.before, mover.after
+        square = 4 * ((ax - bx) ** 2 + (ay - by) ** 2)
+        return mover.range is None or square <= mover.range**2
 
     def windows(self, point: Point) -> Ints:
         """The windows of a point's view, as `verify_sight.windows` gives them."""
@@ -156,11 +164,6 @@ def halved(movers: Sequence[Mover]) -> tuple[tuple[Mover, ...], tuple[Mover, ...
         tuple(m._replace(after=at) for m, at in zip(movers, middles, strict=True)),
         tuple(m._replace(before=at) for m, at in zip(movers, middles, strict=True)),
     )
-
-
-def _far(mover: Mover, range_units: int) -> bool:
-    (ax, ay), (bx, by) = mover.before, mover.after
-    return 4 * ((ax - bx) ** 2 + (ay - by) ** 2) > range_units**2
 
 
 def _segment(a: Sequence[int], b: Sequence[int]) -> Ints:
