@@ -96,6 +96,8 @@ def _touches(
     of_y, e4 = _cross(c, d, y[None])
     apart = ((of_c > e1) & (of_d > e2)) | ((of_c < -e1) & (of_d < -e2))
     apart |= ((of_x > e3) & (of_y > e4)) | ((of_x < -e3) & (of_y < -e4))
+    low, high = np.minimum(x, y), np.maximum(x, y)
+    apart |= ((np.minimum(c, d) > high) | (np.maximum(c, d) < low)).any(axis=1)
     return not bool(apart.all())
 
 
@@ -113,7 +115,11 @@ def _unseen(
     stack = [(pursuer, evader, 0)]
     while stack:
         p, x, depth = stack.pop()
-        if _blocked(walls, p, x) or (range_m is not None and _far(p, x, range_m)):
+        if (
+            _blocked(walls, p, x)
+            or _starts_behind(walls, p, x)
+            or (range_m is not None and _far(p, x, range_m))
+        ):
             continue
         still = (p[0] == p[1]).all() and (x[0] == x[1]).all()
         if depth == DEEPEST or still:
@@ -138,6 +144,43 @@ def _blocked(
     left = ((of_c > e1) & (of_d < -e2) & (of_p < -e3) & (of_x > e4)).all(axis=0)
     right = ((of_c < -e1) & (of_d > e2) & (of_p > e3) & (of_x < -e4)).all(axis=0)
     return bool((left | right).any())
+
+
+def _starts_behind(
+    walls: NDArray[np.float64], p: NDArray[np.float64], x: NDArray[np.float64]
+) -> bool:
+    """Whether the pursuer is on one wall all the time and the evader behind it.
+
+    Where the pursuer is at a reflex corner the evader must be behind both walls.
+    """
+    c, d = walls[:, :2], walls[:, 2:]
+    on = np.ones(len(walls), dtype=np.bool_)
+    behind = np.ones(len(walls), dtype=np.bool_)
+    for at in p:
+        on &= (_cross(c, d, at[None])[0] == 0) & ((at - c) * (at - d) <= 0).all(axis=1)
+    for at in x:
+        of_at, error = _cross(c, d, at[None])
+        behind &= of_at < -error
+    return any(
+        all(_leaves_behind(walls, behind, k, at) for at in p)
+        for k in np.flatnonzero(on & behind).tolist()
+    )
+
+
+def _leaves_behind(
+    walls: NDArray[np.float64], behind: NDArray[np.bool_], k: int, at: NDArray[np.float64]
+) -> bool:
+    """Whether what lies behind wall k is out of the floor as seen from a place on it."""
+    c, d = walls[k, :2], walls[k, 2:]
+    if (at == c).all():
+        other = int(np.flatnonzero((walls[:, 2:] == c).all(axis=1))[0])
+        turn, error = _cross(walls[other, :2], c, d)
+    elif (at == d).all():
+        other = int(np.flatnonzero((walls[:, :2] == d).all(axis=1))[0])
+        turn, error = _cross(c, d, walls[other, 2:])
+    else:
+        return True
+    return bool(turn > error or behind[other])
 
 
 def _far(p: NDArray[np.float64], x: NDArray[np.float64], range_m: float) -> bool:

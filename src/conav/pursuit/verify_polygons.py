@@ -74,8 +74,9 @@ def face_points(step: Step, which: Ints) -> Iterator[Point]:
             yield _rounded(centre.x, centre.y)
         corners = np.asarray(polygon.exterior.coords)[:-1]
         for x, y in corners.tolist():
-            near = 0.9
-            yield _rounded(near * x + (1 - near) * inside.x, near * y + (1 - near) * inside.y)
+            near = (0.9 * x + 0.1 * inside.x, 0.9 * y + 0.1 * inside.y)
+            if shapely.contains_xy(polygon, *near):
+                yield _rounded(*near)
 
 
 def region_polygon(step: Step, which: Ints) -> shapely.Geometry:
