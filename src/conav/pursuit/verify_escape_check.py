@@ -6,6 +6,8 @@ does, when one wall lies between all their places at once.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,7 +54,7 @@ def escape_faults(
         return ["the path's times do not rise"]
     if times[0] != schedule.times[0] or times[-1] != schedule.times[-1]:
         return ["the path does not last as long as the schedule"]
-    walls = plan.segments
+    walls = _walls(plan)
     if not plan.contains(places).all():
         return ["the path leaves the floor"]
     for k in range(len(times) - 1):
@@ -85,11 +87,9 @@ def _cross(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64
     return left - right, _ROUNDING * size * size
 
 
-def _touches(
-    walls: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]
-) -> bool:
+def _touches(walls: "_Walls", x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
     """Whether a segment meets a wall, or comes so near that rounding hides it."""
-    c, d = walls[:, :2], walls[:, 2:]
+    c, d = walls.c, walls.d
     of_c, e1 = _cross(x, y, c)
     of_d, e2 = _cross(x, y, d)
     of_x, e3 = _cross(c, d, x[None])
@@ -102,24 +102,19 @@ def _touches(
 
 
 def _unseen(
-    walls: NDArray[np.float64],
+    walls: "_Walls",
     pursuer: NDArray[np.float64],
     evader: NDArray[np.float64],
     range_m: float | None,
 ) -> bool:
     """Whether a pursuer does not see an evader while both move, from the first to the second row.
 
-    All lines of sight are among those between the two segments. That a wall's end lies on one side
-    of a line of sight is linear in either of its ends, so the four extreme lines tell for all.
+    All lines of sight are among those between the two segments.
     """
     stack = [(pursuer, evader, 0)]
     while stack:
         p, x, depth = stack.pop()
-        if (
-            _blocked(walls, p, x)
-            or _starts_behind(walls, p, x)
-            or (range_m is not None and _far(p, x, range_m))
-        ):
+        if _blocked(walls, p, x) or (range_m is not None and _far(p, x, range_m)):
             continue
         still = (p[0] == p[1]).all() and (x[0] == x[1]).all()
         if depth == DEEPEST or still:
@@ -130,57 +125,56 @@ def _unseen(
     return True
 
 
-def _blocked(
-    walls: NDArray[np.float64], p: NDArray[np.float64], x: NDArray[np.float64]
-) -> bool:
-    c, d = walls[None, :, :2], walls[None, :, 2:]
-    begins = p[[0, 0, 1, 1], None, :]
-    ends = x[[0, 1, 0, 1], None, :]
-    of_c, e1 = _cross(begins, ends, c)
-    of_d, e2 = _cross(begins, ends, d)
-    of_p, e3 = _cross(c, d, begins)
-    of_x, e4 = _cross(c, d, ends)
-    # A wall hides with its face or from behind; either way round all lines must cross alike.
-    left = ((of_c > e1) & (of_d < -e2) & (of_p < -e3) & (of_x > e4)).all(axis=0)
-    right = ((of_c < -e1) & (of_d > e2) & (of_p > e3) & (of_x < -e4)).all(axis=0)
-    return bool((left | right).any())
+class _Walls(NamedTuple):
+    """Walls from c to d, the floor on their left, and the walls before and after each."""
+
+    c: NDArray[np.float64]  # (n, 2) [m]
+    d: NDArray[np.float64]  # (n, 2) [m]
+    before: NDArray[np.int64]
+    after: NDArray[np.int64]
+    convex: NDArray[np.bool_]  # the corner at c
 
 
-def _starts_behind(
-    walls: NDArray[np.float64], p: NDArray[np.float64], x: NDArray[np.float64]
-) -> bool:
-    """Whether the pursuer is on one wall all the time and the evader behind it.
+def _walls(plan: PolygonMap) -> _Walls:
+    n = len(plan.vertices)
+    before, after = np.arange(n) - 1, np.arange(n) + 1
+    for begin, end in pairwise(plan.ring_starts.tolist()):
+        before[begin], after[end - 1] = end - 1, begin
+    return _Walls(plan.segments[:, :2], plan.segments[:, 2:], before, after, plan.turns > 0)
 
-    Where the pursuer is at a reflex corner the evader must be behind both walls.
+
+def _blocked(walls: _Walls, p: NDArray[np.float64], x: NDArray[np.float64]) -> bool:
+    """Whether one wall, or two that meet at a corner, lie across all lines of sight.
+
+    On which side of a line of sight a place lies is linear in either end of the line, so the four
+    extreme lines tell for all. The rules and why they suffice: docs/pursuit-verifier.md, section 5.
     """
-    c, d = walls[:, :2], walls[:, 2:]
-    on = np.ones(len(walls), dtype=np.bool_)
-    behind = np.ones(len(walls), dtype=np.bool_)
-    for at in p:
-        on &= (_cross(c, d, at[None])[0] == 0) & ((at - c) * (at - d) <= 0).all(axis=1)
-    for at in x:
-        of_at, error = _cross(c, d, at[None])
-        behind &= of_at < -error
-    return any(
-        all(_leaves_behind(walls, behind, k, at) for at in p)
-        for k in np.flatnonzero(on & behind).tolist()
-    )
-
-
-def _leaves_behind(
-    walls: NDArray[np.float64], behind: NDArray[np.bool_], k: int, at: NDArray[np.float64]
-) -> bool:
-    """Whether what lies behind wall k is out of the floor as seen from a place on it."""
-    c, d = walls[k, :2], walls[k, 2:]
-    if (at == c).all():
-        other = int(np.flatnonzero((walls[:, 2:] == c).all(axis=1))[0])
-        turn, error = _cross(walls[other, :2], c, d)
-    elif (at == d).all():
-        other = int(np.flatnonzero((walls[:, :2] == d).all(axis=1))[0])
-        turn, error = _cross(c, d, walls[other, 2:])
-    else:
+    c, d = walls.c, walls.d
+    begins, ends = p[[0, 0, 1, 1], None, :], x[[0, 1, 0, 1], None, :]
+    of_c, e1 = _cross(begins, ends, c[None])
+    of_d, e2 = _cross(begins, ends, d[None])
+    of_p, e3 = _cross(c[None], d[None], begins)
+    of_x, e4 = _cross(c[None], d[None], ends)
+    e = max(e1, e2, e3, e4)
+    # The pursuer before the wall or on it, the evader behind it.
+    faced = (of_p >= -e).all(axis=0)
+    hidden = (of_x < -e).all(axis=0)
+    c_right, d_left = (of_c < -e).all(axis=0), (of_d > e).all(axis=0)
+    # At a convex corner a line of sight that passes the wall's end meets the next wall.
+    c_ends = walls.convex & faced[walls.before] & (of_c <= e).all(axis=0)
+    d_ends = walls.convex[walls.after] & faced[walls.after] & (of_d >= -e).all(axis=0)
+    if (faced & hidden & (c_right | c_ends) & (d_left | d_ends)).any():
         return True
-    return bool(turn > error or behind[other])
+    # Before both walls at a corner, and behind both.
+    after = walls.after
+    if (faced & faced[after] & hidden & hidden[after] & c_right & d_left[after]).any():
+        return True
+    # The same with the evader before the walls.
+    faced, hidden = (of_x > e).all(axis=0), (of_p < -e).all(axis=0)
+    c_left, d_right = (of_c > e).all(axis=0), (of_d < -e).all(axis=0)
+    if (faced & hidden & c_left & d_right).any():
+        return True
+    return bool((faced & faced[after] & hidden & hidden[after] & c_left & d_right[after]).any())
 
 
 def _far(p: NDArray[np.float64], x: NDArray[np.float64], range_m: float) -> bool:
