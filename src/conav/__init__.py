@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from conav.maps.ros_map_server import write_ros_map
     from conav.pictures.animation import save_animation
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_run, repair_run
+    from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -31,7 +31,9 @@ _PUBLIC = {
     "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
+    "read_exploration": "conav.runs.reader",
     "read_map": "conav.maps.read_map",
+    "read_plan": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
@@ -50,7 +52,9 @@ __all__ = [
     "__version__",
     "builtin_map",
     "explore",
+    "read_exploration",
     "read_map",
+    "read_plan",
     "read_run",
     "repair_run",
     "save_animation",
