@@ -1,12 +1,13 @@
 """How walls and chords part the floor into faces: an exact planar arrangement, for the verifier.
 
-A segment is a row of nine numbers: its line, a line that crosses it at its start, and one at its
-end. Segments may cross, touch and overlap in any way; walls among themselves meet at corners only.
-All segments together must be connected, so that every face has one boundary.
+Segment s is given by three lines, rows 3 s to 3 s + 2 of a table: its own, one that crosses it at
+its start, and one at its end. Segments may cross, touch and overlap in any way; walls among
+themselves meet at corners only. All segments together must be connected, so that every face has
+one boundary.
 
-An edge is a part of a segment between two neighbouring nodes. Half-edge 2 e runs along edge e in the
-direction of its segment and 2 e + 1 against it; half-edges also name the sides of edges, each the
-one on its left.
+An edge is a part of a segment between two neighbouring nodes. Half-edge 2 e runs along edge e in
+the direction of its segment and 2 e + 1 against it; half-edges also name the sides of edges, each
+the one on its left.
 """
 
 from typing import NamedTuple
@@ -29,7 +30,7 @@ class Arrangement(NamedTuple):
     same: Ints  # (2 edges,) the one of the half-edges between the same nodes that stands for all
     after: Ints  # (2 edges,) next half-edge round the face, for those that stand for themselves
     tail: Ints  # (2 edges,) row of `nodes` at which each half-edge begins
-    nodes: Ints  # (nodes, 6) two lines through each node
+    nodes: Ints  # (nodes, 2) rows of two lines through each node
     faces: int
 
 
@@ -54,14 +55,14 @@ def unite(parent: Ints, i: int, j: int) -> None:
 
 
 @kernel
-def _boxes(segments: Ints) -> NDArray[np.float64]:
-    """Boxes around the segments, wide enough for the rounding: x0, y0, x1, y1."""
-    boxes = np.empty((segments.shape[0], 4), dtype=np.float64)
-    for s in range(segments.shape[0]):
-        a, b, c = float(segments[s, 0]), float(segments[s, 1]), float(segments[s, 2])
+def _boxes(lines: Ints) -> NDArray[np.float64]:
+    """Boxes around the segments up to rounding: x0, y0, x1, y1."""
+    boxes = np.empty((lines.shape[0] // 3, 4), dtype=np.float64)
+    for s in range(boxes.shape[0]):
+        a, b, c = float(lines[3 * s, 0]), float(lines[3 * s, 1]), float(lines[3 * s, 2])
         for end in range(2):
-            k = 3 + 3 * end
-            d, e, f = float(segments[s, k]), float(segments[s, k + 1]), float(segments[s, k + 2])
+            k = 3 * s + 1 + end
+            d, e, f = float(lines[k, 0]), float(lines[k, 1]), float(lines[k, 2])
             w = a * e - b * d
             x = (b * f - c * e) / w
             y = (c * d - a * f) / w
@@ -77,16 +78,15 @@ def _boxes(segments: Ints) -> NDArray[np.float64]:
 
 
 @kernel
-def crossings(segments: Ints, n_walls: int, slack: float) -> Ints:
+def crossings(lines: Ints, n_walls: int, slack: float) -> Ints:
     """Where segments meet, shape (k, 3): segment, the segment met, and 0 for the crossing of both
     lines, 1 for the start and 2 for the end of the segment met, where both lie on one line.
     """
-    m = segments.shape[0]
-    boxes = _boxes(segments)
+    m = lines.shape[0] // 3
+    boxes = _boxes(lines)
     found = np.empty((64 + 8 * m, 3), dtype=np.int64)
     count = 0
     for s in range(n_walls, m):
-        of_s = segments[s, 0:3]
         for d in range(s):
             if (
                 boxes[s, 0] > boxes[d, 2] + slack
@@ -99,101 +99,96 @@ def crossings(segments: Ints, n_walls: int, slack: float) -> Ints:
                 longer = np.empty((2 * found.shape[0], 3), dtype=np.int64)
                 longer[:count] = found[:count]
                 found = longer
-            of_d = segments[d, 0:3]
-            start = side(of_s, of_d, segments[d, 3:6])
-            if cross_sign(of_s, of_d) != 0:
-                if start * side(of_s, of_d, segments[d, 6:9]) > 0:
+            start = side(lines, 3 * s, 3 * d, 3 * d + 1)
+            if cross_sign(lines, 3 * s, 3 * d) != 0:
+                if start * side(lines, 3 * s, 3 * d, 3 * d + 2) > 0:
                     continue
-                if side(of_d, of_s, segments[s, 3:6]) * side(of_d, of_s, segments[s, 6:9]) > 0:
+                of_start = side(lines, 3 * d, 3 * s, 3 * s + 1)
+                if of_start * side(lines, 3 * d, 3 * s, 3 * s + 2) > 0:
                     continue
                 found[count, 0], found[count, 1], found[count, 2] = s, d, 0
                 count += 1
             elif start == 0:
-                for turn in range(2):
-                    one, other = (s, d) if turn == 0 else (d, s)
-                    l = segments[one, 0:3]
-                    for end in range(2):
-                        point = segments[other, 3 + 3 * end : 6 + 3 * end]
-                        if (
-                            order(l, segments[one, 3:6], point) >= 0
-                            and order(l, point, segments[one, 6:9]) >= 0
-                        ):
-                            found[count, 0], found[count, 1] = one, other
-                            found[count, 2] = 1 + end
-                            count += 1
+                for k in range(4):
+                    one, other = (s, d) if k < 2 else (d, s)
+                    end = 1 + k % 2
+                    if (
+                        order(lines, 3 * one, 3 * one + 1, 3 * other + end) >= 0
+                        and order(lines, 3 * one, 3 * other + end, 3 * one + 2) >= 0
+                    ):
+                        found[count, 0], found[count, 1], found[count, 2] = one, other, end
+                        count += 1
     return found[:count].copy()
 
 
 @kernel
-def _merge(segments: Ints, s: int, items: Ints, marks: Ints, scratch: Ints, size: int) -> None:
-    """Sort the crossings of segment s along it (merge sort); `marks` holds the crossing lines."""
-    l = segments[s, 0:3]
+def _sort(lines: Ints, s: int, marks: Ints, items: Ints, scratch: Ints, a: int, b: int) -> None:
+    """Sort items[a:b], points on segment s, along it (merge sort); `marks` are lines through
+    points.
+    """
     width = 1
-    while width < size:
-        at = 0
-        while at < size:
-            i, middle, end = at, min(at + width, size), min(at + 2 * width, size)
-            j = middle
+    while width < b - a:
+        for at in range(a, b, 2 * width):
+            middle, end = min(at + width, b), min(at + 2 * width, b)
+            i, j = at, middle
             for k in range(at, end):
                 if i < middle and (
-                    j >= end or order(l, marks[items[i]], marks[items[j]]) >= 0
+                    j >= end or order(lines, 3 * s, marks[items[i]], marks[items[j]]) >= 0
                 ):
                     scratch[k] = items[i]
                     i += 1
                 else:
                     scratch[k] = items[j]
                     j += 1
-            at = end
-        items[:size] = scratch[:size]
+        for k in range(a, b):
+            items[k] = scratch[k]
         width *= 2
 
 
 @kernel
 def arrange(
-    segments: Ints, n_walls: int, next_corner: Ints, slack: float
+    lines: Ints, n_walls: int, next_corner: Ints, slack: float
 ) -> tuple[Ints, Ints, Ints, Ints, Ints, Ints, Ints, int]:
     """The fields of the `Arrangement` of these segments, the first `n_walls` of which are walls.
 
     Wall i runs from corner i to corner `next_corner[i]`. `slack` is added to boxes before they are
     compared, against rounding.
     """
-    m = segments.shape[0]
-    met = crossings(segments, n_walls, slack)
-    # A point on a segment: its node, and a line through it. First all starts, then all ends, then
-    # the crossings as seen from one segment, then from the other.
+    m = lines.shape[0] // 3
+    met = crossings(lines, n_walls, slack)
+    # A point on a segment: whose, and a line through it. First all starts, then all ends, then the
+    # crossings as seen from one segment and from the other.
     n_points = 2 * m + 2 * met.shape[0]
     parent = np.arange(n_points)
     owner = np.empty(n_points, dtype=np.int64)
-    marks = np.empty((n_points, 3), dtype=np.int64)
-    count = np.zeros(m + 1, dtype=np.int64)
+    marks = np.empty(n_points, dtype=np.int64)
+    begin = np.zeros(m + 1, dtype=np.int64)
     for s in range(m):
         owner[s] = owner[m + s] = s
-        marks[s] = segments[s, 3:6]
-        marks[m + s] = segments[s, 6:9]
-        count[s] += 2
+        marks[s] = 3 * s + 1
+        marks[m + s] = 3 * s + 2
+        begin[s + 1] += 2
     for s in range(n_walls):
         unite(parent, m + s, next_corner[s])
     n_points = 2 * m
     for k in range(met.shape[0]):
         s, d = met[k, 0], met[k, 1]
         owner[n_points] = s
-        count[s] += 1
+        begin[s + 1] += 1
         if met[k, 2] == 0:
-            marks[n_points] = segments[d, 0:3]
+            marks[n_points] = 3 * d
             owner[n_points + 1] = d
-            marks[n_points + 1] = segments[s, 0:3]
-            count[d] += 1
+            marks[n_points + 1] = 3 * s
+            begin[d + 1] += 1
             unite(parent, n_points, n_points + 1)
             n_points += 2
         else:
-            end = (met[k, 2] - 1) * m + d
-            marks[n_points] = marks[end]
-            unite(parent, n_points, end)
+            marks[n_points] = 3 * d + met[k, 2]
+            unite(parent, n_points, (met[k, 2] - 1) * m + d)
             n_points += 1
     # Points by segment, in order along it.
-    begin = np.zeros(m + 1, dtype=np.int64)
     for s in range(m):
-        begin[s + 1] = begin[s] + count[s]
+        begin[s + 1] += begin[s]
     fill = begin[:m].copy()
     items = np.empty(n_points, dtype=np.int64)
     for k in range(n_points):
@@ -201,11 +196,22 @@ def arrange(
         fill[owner[k]] += 1
     scratch = np.empty(n_points, dtype=np.int64)
     for s in range(m):
-        part = items[begin[s] : begin[s + 1]]
-        _merge(segments, s, part, marks, scratch, part.shape[0])
-        for k in range(1, part.shape[0]):
-            if order(segments[s, 0:3], marks[part[k - 1]], marks[part[k]]) == 0:
-                unite(parent, part[k - 1], part[k])
+        _sort(lines, s, marks, items, scratch, begin[s], begin[s + 1])
+        for k in range(begin[s] + 1, begin[s + 1]):
+            if order(lines, 3 * s, marks[items[k - 1]], marks[items[k]]) == 0:
+                unite(parent, items[k - 1], items[k])
+    # Nodes in order of their first point, which represents them.
+    number = np.empty(n_points, dtype=np.int64)
+    nodes = np.empty((n_points, 2), dtype=np.int64)
+    n_nodes = 0
+    for k in range(n_points):
+        r = root(parent, k)
+        if r == k:
+            number[k] = n_nodes
+            nodes[n_nodes, 0] = 3 * owner[k]
+            nodes[n_nodes, 1] = marks[k]
+            n_nodes += 1
+        number[k] = number[r]
     # Edges.
     first = np.zeros(m + 1, dtype=np.int64)
     segment = np.empty(n_points, dtype=np.int64)
@@ -213,7 +219,7 @@ def arrange(
     edges = 0
     for s in range(m):
         for k in range(begin[s] + 1, begin[s + 1]):
-            one, two = root(parent, items[k - 1]), root(parent, items[k])
+            one, two = number[items[k - 1]], number[items[k]]
             if one != two:
                 segment[edges] = s
                 tail[2 * edges] = one
@@ -222,35 +228,20 @@ def arrange(
         first[s + 1] = edges
     segment = segment[:edges].copy()
     tail = tail[: 2 * edges].copy()
-    # Nodes in order of their first point.
-    number = np.full(n_points, -1, dtype=np.int64)
-    n_nodes = 0
-    for k in range(n_points):
-        r = root(parent, k)
-        if number[r] < 0:
-            number[r] = n_nodes
-            n_nodes += 1
-    nodes = np.empty((n_nodes, 6), dtype=np.int64)
-    for k in range(n_points):
-        node = number[root(parent, k)]
-        nodes[node, 0:3] = segments[owner[k], 0:3]
-        nodes[node, 3:6] = marks[k]
-    for h in range(2 * edges):
-        tail[h] = number[tail[h]]
-    same, after = _turn_around(segments, segment, tail, n_nodes)
+    same, after = _turn_around(lines, segment, tail, n_nodes)
     # Each face has one boundary; number the faces in the order in which their boundaries begin.
     face = np.full(2 * edges, -1, dtype=np.int64)
     faces = 0
     for h in range(2 * edges):
         if same[h] == h and face[h] < 0:
-            along = h
-            while face[along] < 0:
-                face[along] = faces
-                along = after[along]
+            at = h
+            while face[at] < 0:
+                face[at] = faces
+                at = after[at]
             faces += 1
     for h in range(2 * edges):
         face[h] = face[same[h]]
-    return first, segment, face, same, after, tail, nodes, faces
+    return first, segment, face, same, after, tail, nodes[:n_nodes].copy(), faces
 
 
 @kernel
@@ -260,7 +251,7 @@ def _half(dx: int, dy: int) -> int:
 
 
 @kernel
-def _turn_around(segments: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tuple[Ints, Ints]:
+def _turn_around(lines: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tuple[Ints, Ints]:
     """Which half-edges coincide, and which follows which round a face."""
     n = tail.shape[0]
     begin = np.zeros(n_nodes + 1, dtype=np.int64)
@@ -274,8 +265,8 @@ def _turn_around(segments: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tup
     dy = np.empty(n, dtype=np.int64)
     for h in range(n):
         sign = 1 - 2 * (h % 2)
-        dx[h] = sign * segments[segment[h // 2], 1]
-        dy[h] = -sign * segments[segment[h // 2], 0]
+        dx[h] = sign * lines[3 * segment[h // 2], 1]
+        dy[h] = -sign * lines[3 * segment[h // 2], 0]
         # Insertion sort by direction, counter-clockwise; few edges meet at a node.
         at = fill[tail[h]]
         while at > begin[tail[h]]:

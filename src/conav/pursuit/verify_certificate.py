@@ -101,9 +101,7 @@ def _layer(
             {
                 "point": [str(Fraction(inside.x)), str(Fraction(inside.y))],
                 "contaminated": contaminated,
-                "outlines": [
-                    stepper.lattice.metres(ring).tolist() for ring in _rings(polygons)
-                ],
+                "outlines": [stepper.lattice.metres(ring).tolist() for ring in _rings(polygons)],
             }
         )
     return result

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from conav.pursuit.verify_lattice import Lattice, Point
 from conav.pursuit.verify_polygons import face_points
-from conav.pursuit.verify_sight import never_sees, on_floor
+from conav.pursuit.verify_sight import never_sees, on_floor, windows
 from conav.pursuit.verify_step import Stepper
 from conav.pursuit.verify_timeline import Piece
 
@@ -72,11 +72,14 @@ def decide(pieces: list[Piece], stepper: Stepper, max_pieces: int = MAX_PIECES) 
     elif not found.open:
         verdict, reason = Verdict.CAPTURED, ""
     else:
-        verdict, reason = Verdict.UNKNOWN, (
-            f"more than {max_pieces} motions would have to be looked at"
-            if found.exhausted
-            else "motions cannot be halved any further on the lattice, and no point was found that "
-            "stays hidden"
+        verdict, reason = (
+            Verdict.UNKNOWN,
+            (
+                f"more than {max_pieces} motions would have to be looked at"
+                if found.exhausted
+                else "motions cannot be halved any further on the lattice, and no point was found "
+                "that stays hidden"
+            ),
         )
     route = _route(found) if verdict is Verdict.ESCAPES else ()
     return Decision(verdict, tuple(found.pieces), found.labels, route, reason)
@@ -203,13 +206,11 @@ def _stays_hidden(piece: Piece, point: Point, stepper: Stepper) -> bool:
     lattice: Lattice = stepper.lattice
     if not on_floor(lattice.points, lattice.links, *point):
         return False
-    view = stepper.windows(point)
+    view, _ = windows(lattice.points, lattice.links, *point)
     for mover in piece.movers:
         if mover.range is not None and _apart(mover.before, mover.after, point, mover.range):
             continue
-        if not never_sees(
-            lattice.points, lattice.links, *point, view, *mover.before, *mover.after
-        ):
+        if not never_sees(lattice.points, lattice.links, view, *point, *mover.before, *mover.after):
             return False
     return True
 

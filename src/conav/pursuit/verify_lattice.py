@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conav.errors import InputError
 from conav.maps.polygon_map import PolygonMap, without_collinear_points
-from conav.pursuit.verify_sight import REACH, line, on_floor, sees
+from conav.pursuit.verify_sight import REACH, on_floor, sees
 
 Ints = NDArray[np.int64]
 Point = tuple[int, int]
@@ -31,7 +31,6 @@ class Lattice:
     centre: Point  # [grid steps]
     points: Ints  # (n, 2) corners
     links: Ints  # (n, 3) corner before, corner after, turn (1 convex, -1 reflex)
-    walls: Ints  # (n, 3) the line of the wall from each corner to the next
     rings: tuple[Ints, ...]  # the same corners, ring by ring
     bridges: tuple[tuple[int, int], ...]  # pairs of corners that see each other and join all rings
 
@@ -91,12 +90,9 @@ def make_lattice(plan: PolygonMap) -> Lattice:
         links[begin:end, 0] = np.roll(numbers, 1)
         links[begin:end, 1] = np.roll(numbers, -1)
     links[:, 2] = snapped.turns
-    walls = np.empty((len(points), 3), dtype=np.int64)
-    for i, j in enumerate(links[:, 1].tolist()):
-        line(*points[i].tolist(), *points[j].tolist(), walls[i])
-    for array in (points, links, walls):
+    for array in (points, links):
         array.flags.writeable = False
-    return Lattice(grid_m, centre, points, links, walls, corners, _bridges(points, links, starts))
+    return Lattice(grid_m, centre, points, links, corners, _bridges(points, links, starts))
 
 
 def _grid_m(half_m: float) -> float:

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from conav.pursuit.verify_arrangement import Arrangement
 from conav.pursuit.verify_lattice import Point
 from conav.pursuit.verify_step import Step
 
@@ -18,11 +17,12 @@ Ints = NDArray[np.int64]
 MOST_FACES = 12  # looked at for a witness, largest first
 
 
-def node_places(faces: Arrangement) -> NDArray[np.float64]:
+def node_places(step: Step) -> NDArray[np.float64]:
     """The nodes of an arrangement, shape (nodes, 2), in lattice units."""
-    # Exact integers, divided once.
-    places = np.empty((len(faces.nodes), 2))
-    for k, (a, b, c, d, e, f) in enumerate(faces.nodes.tolist()):
+    places = np.empty((len(step.faces.nodes), 2))
+    both = step.lines[step.faces.nodes].reshape(-1, 6)
+    for k, (a, b, c, d, e, f) in enumerate(both.tolist()):
+        # Exact integers, divided once.
         w = a * e - b * d
         places[k] = (b * f - c * e) / w, (c * d - a * f) / w
     return places
@@ -34,7 +34,7 @@ def face_polygons(step: Step, which: Ints) -> list[shapely.Polygon]:
     begin = np.full(faces.faces, -1, dtype=np.int64)
     own = np.flatnonzero(faces.same == np.arange(len(faces.same)))
     begin[faces.face[own[::-1]]] = own[::-1]
-    places = node_places(faces)
+    places = node_places(step)
     result: list[shapely.Polygon] = []
     for f in which.tolist():
         at = first = int(begin[f])

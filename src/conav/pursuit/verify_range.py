@@ -31,11 +31,7 @@ def inscribed_polygon(centre: Point, radius: int, corners: NDArray[np.int64]) ->
     radius = min(radius, 4 * REACH)
     octant = [_on_circle(radius, _EIGHTH * k / (SIDES // 8)) for k in range(SIDES // 8 + 1)]
     arc = octant + [(y, x) for x, y in octant]
-    offsets = [
-        turned
-        for x, y in arc
-        for turned in ((x, y), (-y, x), (-x, -y), (y, -x))
-    ]
+    offsets = [turned for x, y in arc for turned in ((x, y), (-y, x), (-x, -y), (y, -x))]
     polygon = _hull([(_bounded(cx + x), _bounded(cy + y)) for x, y in offsets])
     for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         left = (bx - ax) * (corners[:, 1] - ay) - (by - ay) * (corners[:, 0] - ax)

@@ -44,11 +44,7 @@ def cross(a: Sequence[Fraction | int], b: Sequence[Fraction | int], c: Sequence[
 
 def walls_of(rings: Iterable[Sequence[Point]]) -> list[tuple[Point, Point]]:
     """The walls of rings of corners."""
-    return [
-        (ring[i], ring[(i + 1) % len(ring)])
-        for ring in rings
-        for i in range(len(ring))
-    ]
+    return [(ring[i], ring[(i + 1) % len(ring)]) for ring in rings for i in range(len(ring))]
 
 
 def chords(rings: Sequence[Sequence[Point]], p: Point) -> list[Segment]:
@@ -257,17 +253,17 @@ class _Slabs:
             self._join(before, here, x, [s for s in upright if s[0][0] == x])
             before = here
 
-    def _join(
-        self, before: list[int], here: list[int], x: Fraction, walls: list[Segment]
-    ) -> None:
+    def _join(self, before: list[int], here: list[int], x: Fraction, walls: list[Segment]) -> None:
         """Note which cells on both sides of an upright line share more than a wall and points."""
         for i in before:
             for j in here:
                 low = max(_height(self.cells[i][0], x), _height(self.cells[j][0], x))
                 high = min(_height(self.cells[i][1], x), _height(self.cells[j][1], x))
                 if low < high:
-                    free = high - low - sum(
-                        max(min(high, b[1]) - max(low, a[1]), Fraction(0)) for a, b in walls
+                    free = (
+                        high
+                        - low
+                        - sum(max(min(high, b[1]) - max(low, a[1]), Fraction(0)) for a, b in walls)
                     )
                     if free > 0:
                         self._edges.append((i, j))

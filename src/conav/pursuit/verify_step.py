@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from conav.pursuit.verify_arrangement import Arrangement, Ints, arrange
 from conav.pursuit.verify_lattice import Lattice, Point
 from conav.pursuit.verify_range import inscribed_polygon
 from conav.pursuit.verify_regions import Regions, classify
-from conav.pursuit.verify_sight import axis_through, first_seen, line, windows
+from conav.pursuit.verify_sight import first_seen, put_axis, put_line, windows
 
 BOX_SLACK = 16.0  # [lattice units] far more than the rounding of a crossing's coordinates
 
@@ -31,6 +32,7 @@ class Step:
 
     movers: tuple[Mover, ...]
     instant: bool  # views change at this moment and nobody moves
+    lines: Ints  # (3 segments, 3)
     faces: Arrangement
     regions: Regions
 
@@ -38,9 +40,9 @@ class Step:
 class _View(NamedTuple):
     """What one position adds to an arrangement."""
 
-    segments: Ints  # (k, 9) windows, then the edges of the range
+    lines: Ints  # (3 k, 3) of windows, then of the edges of the range
     sides: Ints  # (k,) where each hides: 1 on its left, -1 on its right
-    anchor: Ints  # (9,) a segment that begins at the position
+    anchor: Ints  # (3, 3) a segment that begins at the position
 
 
 @dataclass(eq=False)
@@ -54,8 +56,8 @@ class Stepper:
         points = self.lattice.points
         ends = [(i, j) for i, j in enumerate(self.lattice.links[:, 1].tolist())]
         ends += list(self.lattice.bridges)
-        self._fixed = np.array(
-            [_segment(points[i].tolist(), points[j].tolist()) for i, j in ends], dtype=np.int64
+        self._fixed = np.concatenate(
+            [_segment(points[i].tolist(), points[j].tolist()) for i, j in ends]
         )
 
     def step(self, movers: Sequence[Mover], *, instant: bool = False) -> Step:
@@ -66,9 +68,9 @@ class Stepper:
         """
         n_walls = len(self.lattice.points)
         rows = [self._fixed]
-        owners = [np.full(len(self._fixed), -1, dtype=np.int64)]
-        pockets = [np.zeros(len(self._fixed), dtype=np.int64)]
-        count = len(self._fixed)
+        count = len(self._fixed) // 3
+        owners = [np.full(count, -1, dtype=np.int64)]
+        pockets = [np.zeros(count, dtype=np.int64)]
         places: list[tuple[Point, int | None]] = []
         table = np.empty((len(movers), 6), dtype=np.int64)
         for i, mover in enumerate(movers):
@@ -76,11 +78,11 @@ class Stepper:
             for end, point in enumerate((mover.before, mover.after)[: 1 + moves]):
                 table[i, end] = len(places)
                 view = self._view(point, mover.range)
-                rows.append(view.segments)
-                owners.append(np.full(len(view.segments), len(places), dtype=np.int64))
+                rows.append(view.lines)
+                owners.append(np.full(len(view.sides), len(places), dtype=np.int64))
                 pockets.append(view.sides)
                 places.append((point, mover.range))
-                count += len(view.segments)
+                count += len(view.sides)
             if not moves:
                 table[i, 1] = table[i, 0]
             table[i, 2:] = -1, mover.old, mover.new, self.sees_throughout(mover)
@@ -90,12 +92,11 @@ class Stepper:
             if mover.before != mover.after:
                 table[i, 2] = count + len(extra)
                 extra.append(_segment(mover.before, mover.after))
-        if extra:
-            rows.append(np.array(extra, dtype=np.int64))
+        rows += extra
         owners.append(np.full(len(extra), -1, dtype=np.int64))
         pockets.append(np.zeros(len(extra), dtype=np.int64))
-        segments = np.concatenate(rows)
-        faces = Arrangement(*arrange(segments, n_walls, self.lattice.links[:, 1], BOX_SLACK))
+        lines = np.concatenate(rows)
+        faces = Arrangement(*arrange(lines, n_walls, self.lattice.links[:, 1], BOX_SLACK))
         regions = Regions(
             *classify(
                 faces.first,
@@ -111,7 +112,7 @@ class Stepper:
                 instant,
             )
         )
-        return Step(tuple(movers), instant, faces, regions)
+        return Step(tuple(movers), instant, lines, faces, regions)
 
     @staticmethod
     def sees_throughout(mover: Mover) -> bool:
@@ -123,10 +124,6 @@ class Stepper:
         square = 4 * ((ax - bx) ** 2 + (ay - by) ** 2)
         return mover.range is None or square <= mover.range**2
 
-    def windows(self, point: Point) -> Ints:
-        """The windows of a point's view, as `verify_sight.windows` gives them."""
-        return windows(self.lattice.points, self.lattice.links, self.lattice.walls, *point)
-
     def _view(self, point: Point, range_units: int | None) -> _View:
         key = (point, range_units)
         if key not in self._views:
@@ -135,21 +132,15 @@ class Stepper:
 
     def _new_view(self, point: Point, range_units: int | None) -> _View:
         points, links = self.lattice.points, self.lattice.links
-        found = self.windows(point)
-        segments = np.empty((len(found), 9), dtype=np.int64)
-        segments[:, 0:3] = found[:, 2:5]
-        segments[:, 6:9] = found[:, 5:8]
-        for k, v in enumerate(found[:, 0].tolist()):
-            axis_through(*points[v].tolist(), segments[k, 0:3], segments[k, 3:6])
+        lines, found = windows(points, links, *point)
         sides = found[:, 1]
         if range_units is not None:
             corners = inscribed_polygon(point, range_units, points)
-            edges = [_segment(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-            if edges:
-                segments = np.concatenate((segments, np.array(edges, dtype=np.int64)))
-                sides = np.concatenate((sides, np.full(len(edges), -1, dtype=np.int64)))
+            edges = [_segment(a, b) for a, b in pairwise([*corners, *corners[:1]])]
+            lines = np.concatenate((lines, *edges))
+            sides = np.concatenate((sides, np.full(len(edges), -1, dtype=np.int64)))
         seen = first_seen(points, links, *point)
-        return _View(segments, sides, _segment(point, points[seen].tolist()))
+        return _View(lines, sides, _segment(point, points[seen].tolist()))
 
 
 def halved(movers: Sequence[Mover]) -> tuple[tuple[Mover, ...], tuple[Mover, ...]] | None:
@@ -167,11 +158,9 @@ def halved(movers: Sequence[Mover]) -> tuple[tuple[Mover, ...], tuple[Mover, ...
 
 
 def _segment(a: Sequence[int], b: Sequence[int]) -> Ints:
-    """The segment from a to b as an arrangement wants it."""
-    row = np.empty(9, dtype=np.int64)
-    line(a[0], a[1], b[0], b[1], row[0:3])
-    axis_through(a[0], a[1], row[0:3], row[3:6])
-    axis_through(b[0], b[1], row[0:3], row[6:9])
-    return row
-
-
+    """The three lines of the segment from a to b."""
+    lines = np.empty((3, 3), dtype=np.int64)
+    put_line(lines, 0, a[0], a[1], b[0], b[1])
+    put_axis(lines, 1, a[0], a[1], 0)
+    put_axis(lines, 2, b[0], b[1], 0)
+    return lines
