@@ -58,6 +58,10 @@ class Lattice:
         """Lattice coordinates, shape (..., 2), in metres."""
         return (np.asarray(points, dtype=np.float64) / PARTS + np.array(self.centre)) * self.grid_m
 
+    def from_metres(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Places, shape (..., 2) [m], in lattice coordinates, not rounded."""
+        return (np.asarray(places) / self.grid_m - np.array(self.centre)) * PARTS
+
     def joined(self, a: Point, b: Point) -> bool:
         """Whether the segment between two points of the floor lies in it."""
         return sees(self.points, self.links, *a, *b)

@@ -24,6 +24,7 @@ BEFORE, AFTER, PATH, OLD, NEW, THROUGHOUT = range(6)
 class Regions(NamedTuple):
     """Hidden regions as sets of faces; -1 where a face belongs to none."""
 
+    inside: Flags  # (faces,) whether a face is of the floor
     old: Ints  # (faces,) the shadow before the motion, numbered canonically
     new: Ints  # (faces,) the shadow after it
     unseen: Ints  # (faces,) the component of what is not seen throughout
@@ -125,7 +126,7 @@ def classify(
     anchors: Ints,
     movers: Ints,
     instant: bool,
-) -> tuple[Ints, Ints, Ints, int, int, Flags]:
+) -> tuple[Flags, Ints, Ints, Ints, int, int, Flags]:
     """The fields of the `Regions` of a motion.
 
     Segment s is a window of position `owner[s]` (-1: of none) with its hidden side on the left
@@ -207,4 +208,4 @@ def classify(
                 for i in range(n_old):
                     if of_old[i] == unseen[f]:
                         links[i, new[f]] = True
-    return old, new, unseen, n_old, n_new, links
+    return ~outside, old, new, unseen, n_old, n_new, links
