@@ -133,7 +133,7 @@ def _sort(lines: Ints, s: int, marks: Ints, items: Ints, scratch: Ints, a: int, 
             i, j = at, middle
             for k in range(at, end):
                 if i < middle and (
-                    j >= end or order(lines, 3 * s, marks[items[i]], marks[items[j]]) >= 0
+                    j >= end or order(lines, 3 * s, marks[int(items[i])], marks[int(items[j])]) >= 0
                 ):
                     scratch[k] = items[i]
                     i += 1
@@ -198,7 +198,7 @@ def arrange(
     for s in range(m):
         _sort(lines, s, marks, items, scratch, begin[s], begin[s + 1])
         for k in range(begin[s] + 1, begin[s + 1]):
-            if order(lines, 3 * s, marks[items[k - 1]], marks[items[k]]) == 0:
+            if order(lines, 3 * s, marks[int(items[k - 1])], marks[int(items[k])]) == 0:
                 unite(parent, items[k - 1], items[k])
     # Nodes in order of their first point, which represents them.
     number = np.empty(n_points, dtype=np.int64)
@@ -245,12 +245,6 @@ def arrange(
 
 
 @kernel
-def _half(dx: int, dy: int) -> int:
-    """0 for directions from east round to just before west, 1 for the others."""
-    return 0 if dy > 0 or (dy == 0 and dx > 0) else 1
-
-
-@kernel
 def _turn_around(lines: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tuple[Ints, Ints]:
     """Which half-edges coincide, and which follows which round a face."""
     n = tail.shape[0]
@@ -263,15 +257,18 @@ def _turn_around(lines: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tuple[
     around = np.empty(n, dtype=np.int64)
     dx = np.empty(n, dtype=np.int64)
     dy = np.empty(n, dtype=np.int64)
+    half = np.empty(n, dtype=np.int64)
     for h in range(n):
         sign = 1 - 2 * (h % 2)
         dx[h] = sign * lines[3 * segment[h // 2], 1]
         dy[h] = -sign * lines[3 * segment[h // 2], 0]
+        # 0 for directions from east round to just before west, 1 for the others.
+        half[h] = 0 if dy[h] > 0 or (dy[h] == 0 and dx[h] > 0) else 1
         # Insertion sort by direction, counter-clockwise; few edges meet at a node.
         at = fill[tail[h]]
         while at > begin[tail[h]]:
             other = around[at - 1]
-            ahead = _half(dx[other], dy[other]) - _half(dx[h], dy[h])
+            ahead = half[other] - half[h]
             cross = dx[other] * dy[h] - dy[other] * dx[h]
             if ahead < 0 or (ahead == 0 and cross >= 0):
                 break
@@ -291,7 +288,7 @@ def _turn_around(lines: Ints, segment: Ints, tail: Ints, n_nodes: int) -> tuple[
             if (
                 previous >= 0
                 and dx[previous] * dy[h] == dy[previous] * dx[h]
-                and _half(dx[previous], dy[previous]) == _half(dx[h], dy[h])
+                and half[previous] == half[h]
             ):
                 same[h] = previous
                 continue

@@ -83,7 +83,7 @@ def _left_out(
     stepper: Stepper,
     seen: shapely.Geometry | None,
 ) -> Flags:
-    """Which shadows after a motion a belief does not call contaminated, not all of them at least."""
+    """Which shadows after a motion a belief does not call contaminated, or not all of it."""
     contaminated = shapely.union_all([_polygon(one, stepper) for one in regions if not one.clear])
     least = (LEAST_M / stepper.lattice.grid_m * PARTS) ** 2
     flags = np.zeros(step.regions.n_new, dtype=np.bool_)

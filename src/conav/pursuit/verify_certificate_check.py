@@ -81,7 +81,7 @@ def _piece_faults(
                 if not _within_reach(rings, at, int(one["range"]), polygon):
                     return [f"pursuer {one['pursuer']} sees beyond its range"]
         throughout = one.get("throughout", True)
-        views.append(View(a, b, *reach, one["old"], one["new"], throughout))
+        views.append(View(a, b, reach[0], reach[1], one["old"], one["new"], throughout))
     old_points = [_place(shadow["point"]) for shadow in before]
     new_points = [_place(shadow["point"]) for shadow in after]
     found = cells(rings, views, piece["instant"], old_points, new_points)

@@ -112,11 +112,12 @@ def settle(
 
 def _forward(pieces: list[Piece], stepper: Stepper) -> tuple[Flags, ...]:
     """Which shadows may hold an evader, before each piece and after the last."""
-    labels = [np.ones(1, dtype=np.bool_)]  # with no view yet the floor is one shadow
+    # With no view yet the floor is one shadow.
+    labels: list[Flags] = [np.ones(1, dtype=np.bool_)]
     for piece in pieces:
         links = piece.step(stepper).regions.links
         assert links.shape[0] == len(labels[-1])
-        labels.append(links[labels[-1]].any(axis=0))
+        labels.append(np.asarray(links[labels[-1]].any(axis=0)))
     return tuple(labels)
 
 
@@ -143,7 +144,7 @@ def _search(
     Beyond a link that can be settled no further it goes on, so that later motions are halved that
     may cut it off.
     """
-    sure = [np.ones(1, dtype=np.bool_) & matters[0]]
+    sure: list[Flags] = [matters[0].copy()]
     perhaps = sure[0]
     came: list[NDArray[np.int64]] = []
     to_halve: dict[int, tuple[Piece, Piece]] = {}

@@ -1,6 +1,8 @@
 """An escape as an explicit path of the evader, made of points that stay hidden and ways between."""
 
 from collections import deque
+from itertools import pairwise
+from typing import cast
 
 import numpy as np
 import shapely
@@ -52,13 +54,15 @@ def _way(decision: Decision, stepper: Stepper, k: int, a: Point, b: Point) -> Pl
     shadow = shapely.union_all(
         face_polygons(step, np.flatnonzero(step.regions.new == decision.route[k + 1]))
     )
-    triangles = list(shapely.constrained_delaunay_triangles(shadow).geoms)
+    triangles = cast(
+        "list[shapely.Polygon]", list(shapely.constrained_delaunay_triangles(shadow).geoms)
+    )
     ends = [_holder(triangles, point) for point in (a, b)]
     sides: dict[frozenset[tuple[float, float]], list[int]] = {}
     for t, triangle in enumerate(triangles):
         corners = list(triangle.exterior.coords)
-        for one, two in zip(corners[:-1], corners[1:], strict=True):
-            sides.setdefault(frozenset((one, two)), []).append(t)
+        for (ax, ay), (bx, by) in pairwise(corners):
+            sides.setdefault(frozenset(((ax, ay), (bx, by))), []).append(t)
     near: list[list[tuple[int, tuple[float, float]]]] = [[] for _ in triangles]
     for side, holders in sides.items():
         if len(holders) == 2:
@@ -116,7 +120,7 @@ def _timed(
         if end > times[-1]:
             times.append(end)
             places.append(stays[k])
-    if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):
+    if any(b <= a for a, b in pairwise(times)):
         return None
     return evader_path(times, stepper.lattice.metres(np.array(places, dtype=np.float64)))
 

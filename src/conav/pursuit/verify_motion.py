@@ -156,7 +156,7 @@ def check_result(
         check.look(near, f"{name} is {said!r}, not {value:.9g}")
     lower = result.get("lower_bound")
     check.look(
-        isinstance(lower, int) and 0 <= lower, f"lower_bound is {lower!r}, which is no number"
+        isinstance(lower, int) and lower >= 0, f"lower_bound is {lower!r}, which is no number"
     )
     minimal = result.get("minimal_proved")
     if isinstance(lower, int) and result.get("status") == "done":

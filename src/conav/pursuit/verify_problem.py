@@ -53,7 +53,7 @@ class Problem(NamedTuple):
 
 
 def read_problem(run: PursuitRun) -> Problem:
-    """The problem of a pursuit's run. Raises `InputError` when its header is not one of a pursuit."""
+    """The problem of a pursuit's run; raises `InputError` when its header is not one of that."""
     try:
         return _problem(run.header)
     except InputError as error:

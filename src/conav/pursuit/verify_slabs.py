@@ -37,7 +37,9 @@ class Cells(NamedTuple):
     n_new: int
 
 
-def cross(a: Sequence[Fraction | int], b: Sequence[Fraction | int], c: Sequence[Fraction | int]):
+def cross(
+    a: Sequence[Fraction | int], b: Sequence[Fraction | int], c: Sequence[Fraction | int]
+) -> Fraction | int:
     """Positive where c is left of the line from a to b."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
@@ -205,7 +207,7 @@ def meeting(one: Segment, other: Segment) -> list[Fraction]:
     of_c, of_d = cross(a, b, c), cross(a, b, d)
     if of_c == of_d or of_c * of_d > 0 or cross(c, d, a) * cross(c, d, b) > 0:
         return []
-    t = of_c / (of_c - of_d)
+    t = Fraction(of_c) / (of_c - of_d)
     return [c[0] + t * (d[0] - c[0])]
 
 
@@ -293,7 +295,8 @@ class _Slabs:
     def at(self, q: Place, number: list[int]) -> int:
         """The number of the cell that holds a point, borders included; -1 where none is held."""
         for k, (low, high, x, next_x) in enumerate(self.cells):
-            if x <= q[0] <= next_x and _height(low, q[0]) <= q[1] <= _height(high, q[0]):
-                if number[k] >= 0:
-                    return number[k]
+            if number[k] < 0 or not x <= q[0] <= next_x:
+                continue
+            if _height(low, q[0]) <= q[1] <= _height(high, q[0]):
+                return number[k]
         return -1

@@ -1,4 +1,4 @@
-"""A schedule as the verifier takes it: motions on the lattice, and moments at which views change."""
+"""A schedule as the verifier takes it: motions on the lattice, and moments when views change."""
 
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -79,7 +79,7 @@ def timeline(schedule: Schedule, ranges: Ranges, lattice: Lattice) -> list[Piece
             leg += 1
         after = active[leg] if leg < n_legs else frozenset(seeing)
         seeing |= after
-        if not pieces or seeing != before or after != before:
+        if not pieces or frozenset(seeing) != before or after != before:
             pieces.append(_moment(begin, before, frozenset(seeing), after, places[begin], units))
         if leg < n_legs:
             pieces.append(_motion(leg, after, places, units, lattice))
