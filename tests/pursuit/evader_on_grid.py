@@ -46,7 +46,10 @@ def grid_evader_escapes(
 
 
 def _spread(
-    there: NDArray[np.bool_], hidden: NDArray[np.bool_], right: NDArray[np.bool_], up: NDArray[np.bool_]
+    there: NDArray[np.bool_],
+    hidden: NDArray[np.bool_],
+    right: NDArray[np.bool_],
+    up: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
     while True:
         more = there.copy()
@@ -69,7 +72,9 @@ def _crossed(plan: PolygonMap, a: NDArray[np.float64], b: NDArray[np.float64]) -
     return found
 
 
-def _turn(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(
+    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
+) -> NDArray[np.float64]:
     return np.sign(
         (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
         - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])

@@ -28,7 +28,10 @@ points = st.tuples(coordinates, coordinates)
 @settings(max_examples=300, deadline=None)
 @given(st.tuples(points, points), st.tuples(points, points), st.tuples(points, points), st.data())
 def test_the_sign_of_a_determinant(
-    one: tuple[Point, Point], two: tuple[Point, Point], three: tuple[Point, Point], data: st.DataObject
+    one: tuple[Point, Point],
+    two: tuple[Point, Point],
+    three: tuple[Point, Point],
+    data: st.DataObject,
 ) -> None:
     if data.draw(st.booleans()):
         three = (one[0], two[0])  # often nearly, sometimes quite concurrent
@@ -82,9 +85,7 @@ def test_who_never_sees_a_drive_sees_no_point_of_it(seed: int) -> None:
                     continue
                 never = never_sees(lattice.points, lattice.links, view, *x, *a, *b)
                 some = any(
-                    lattice.joined(x, at)
-                    for k in range(9)
-                    if (at := _between(a, b, k)) is not None
+                    lattice.joined(x, at) for k in range(9) if (at := _between(a, b, k)) is not None
                 )
                 hidden += never
                 assert not (never and some)
