@@ -22,7 +22,7 @@ def grid_evader_escapes(
     points = np.stack(np.meshgrid(xs, ys), axis=-1)
     inside = plan.contains(points)
     for dx, dy in ((margin, 0), (-margin, 0), (0, margin), (0, -margin)):
-        inside &= plan.contains(points + (dx, dy))
+        inside &= plan.contains(points + np.array((dx, dy)))
     # Neighbours that no wall parts.
     right = inside[:, :-1] & inside[:, 1:]
     right &= ~_crossed(plan, points[:, :-1], points[:, 1:])

@@ -58,7 +58,8 @@ def write(
         path, problem, result, method="hand", settings={"depth": 2}, seed=7, compute_s=0.25
     )
     run = read_pursuit(path)
-    assert run.digest == digest and run.intact
+    assert run.digest == digest
+    assert run.intact
     return run
 
 
@@ -68,9 +69,11 @@ def good(tmp_path: Path) -> PursuitRun:
 
 
 def test_a_run_is_read_as_it_was_written(good: PursuitRun) -> None:
-    assert good.header["settings"] == {"depth": 2} and good.header["seed"] == 7
+    assert good.header["settings"] == {"depth": 2}
+    assert good.header["seed"] == 7
     assert [leg.after[0].tolist() for leg in good.legs] == [list(at) for at in LEFT_TO_RIGHT[1:]]
-    assert good.result is not None and good.result["status"] == "done"
+    assert good.result is not None
+    assert good.result["status"] == "done"
     assert isinstance(read_run(good.path), PursuitRun)
     with pytest.raises(InputError, match="job 'pursue'"):
         read_exploration(good.path)
@@ -85,7 +88,8 @@ def test_the_same_run_has_the_same_digest(tmp_path: Path, good: PursuitRun) -> N
 
 def test_a_good_run_is_accepted(good: PursuitRun) -> None:
     report = verify_pursuit(good)
-    assert report.accepted and report.found.verdict is Verdict.CAPTURED
+    assert report.accepted
+    assert report.found.verdict is Verdict.CAPTURED
     assert report.found.certificate is not None
     assert report.found.certificate["run"] == good.digest
     assert report.lines()[-1].startswith("accepted")
@@ -297,7 +301,7 @@ def test_paths_that_are_no_escapes(tmp_path: Path) -> None:
     assert faults(times, places) == []
     assert faults(times[:-1], places[:-1])  # ends too soon
     assert faults(times[::-1], places)  # time goes back
-    assert faults(times, places + (0.0, 40.0))  # outside
+    assert faults(times, places + np.array((0.0, 40.0)))  # outside
     assert faults([times[0], times[-1]], [(14, -5), (25, 8)])  # through walls
     assert faults([times[0], times[-1]], [(5, 8), (5, 8)])  # in plain sight
     assert faults([times[0], times[-1]], [(10.3, -2.4), (10.3, -2.4)]) == []  # beside a door
@@ -327,7 +331,8 @@ def test_verify_says_why_there_is_no_certificate(
     run = write(tmp_path / "lap.mcap", result_of(lap), RING)
     picture = tmp_path / "escape.png"
     assert command(["verify", str(run.path), "--png", str(picture)]) == 1
-    assert "escapes" in capsys.readouterr().out and picture.exists()
+    assert "escapes" in capsys.readouterr().out
+    assert picture.exists()
     assert command(["verify", str(run.path), "--certificate", str(tmp_path / "no.json")]) == 2
     assert "only a capture has a certificate" in capsys.readouterr().err
     assert not (tmp_path / "no.json").exists()

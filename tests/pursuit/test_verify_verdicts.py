@@ -140,7 +140,7 @@ def test_short_sight() -> None:
 def test_who_comes_and_goes_at_the_same_moment() -> None:
     # Two take turns at the same place; the one who comes sees at the moment the other goes.
     positions = np.array([[(2, 2), (2, 2)]] * 6, dtype=np.float64)
-    positions[:, 1] = LAP + [LAP[-1]]
+    positions[:, 1] = [*LAP, LAP[-1]]
     times = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 4.0])
     both = Schedule(times, positions, np.ones((5, 2), dtype=np.bool_))
     assert verdict(RING, both) is Verdict.CAPTURED
