@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from conav.pictures.animation import save_animation
     from conav.pictures.floor_plan import save_floor_plan
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_run, repair_run
+    from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -41,7 +41,9 @@ _PUBLIC = {
     "load_floor_plan": "conav.maps.load_floor_plan",
     "polygonise": "conav.maps.polygonise",
     "read_floor_plan": "conav.maps.read_floor_plan",
+    "read_exploration": "conav.runs.reader",
     "read_map": "conav.maps.read_map",
+    "read_plan": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
@@ -66,7 +68,9 @@ __all__ = [
     "load_floor_plan",
     "polygonise",
     "read_floor_plan",
+    "read_exploration",
     "read_map",
+    "read_plan",
     "read_run",
     "repair_run",
     "save_animation",

@@ -218,9 +218,9 @@ def _settings(pairs: list[str]) -> dict[str, str]:
 def _draw(run_file: Path, png: Path | None, gif: Path | None) -> None:
     from conav.pictures.animation import save_animation
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_run
+    from conav.runs.reader import read_exploration
 
-    run = read_run(run_file)
+    run = read_exploration(run_file)
     if png is not None:
         save_still(run, png)
     if gif is not None:

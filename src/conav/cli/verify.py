@@ -2,12 +2,28 @@
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Protocol
 
 from cyclopts import Parameter
 
 
-def verify(run: Path, /, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+class _Report(Protocol):
+    """What the verifiers of all jobs hand back."""
+
+    @property
+    def accepted(self) -> bool: ...
+    def lines(self) -> list[str]: ...
+    def summary(self) -> dict[str, Any]: ...
+
+
+def verify(
+    run: Path,
+    /,
+    *,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    certificate: Path | None = None,
+    png: Path | None = None,
+) -> int:
     """Check a run file: that everything in it obeys the rules and its numbers are right.
 
     Parameters
@@ -16,14 +32,58 @@ def verify(run: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
         A run file written by conav.
     json
         Print one JSON object instead of lines.
+    certificate
+        Of a pursuit: write the proof that nobody can stay unseen to this file (JSON).
+    png
+        Of a pursuit: draw the floor, the pursuers' ways and an evader's escape to this file.
     """
-    from conav.exploration.verify import verify_exploration
     from conav.runs.reader import read_run
+    from conav.runs.types import PursuitRun
 
-    report = verify_exploration(read_run(run))
+    read = read_run(run)
+    if isinstance(read, PursuitRun):
+        report = _pursuit(read, certificate, png)
+    else:
+        from conav.errors import InputError
+        from conav.exploration.verify import verify_exploration
+        from conav.runs.types import ExplorationRun
+
+        if certificate is not None or png is not None:
+            option = "--certificate" if certificate is not None else "--png"
+            raise InputError(option, "is for runs of pursuits", "leave it out")
+        if not isinstance(read, ExplorationRun):
+            raise InputError(run, f"is a run of job {read.header.get('job')!r}", "verify cannot")
+        report = verify_exploration(read)
     if json:
         print(json_module.dumps(report.summary()))
     else:
         for line in report.lines():
             print(line)
     return 0 if report.accepted else 1
+
+
+def _pursuit(run: Any, certificate: Path | None, png: Path | None) -> _Report:
+    from conav.errors import InputError
+    from conav.pursuit.verify import verify_pursuit
+
+    report = verify_pursuit(run)
+    if certificate is not None:
+        if report.found.certificate is None:
+            raise InputError(
+                certificate,
+                f"is not written: the verdict is {report.found.verdict}, and only a capture has "
+                "a certificate",
+                "leave out --certificate",
+            )
+        try:
+            text = json_module.dumps(report.found.certificate, sort_keys=True)
+            certificate.write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                certificate, f"cannot be written ({error.strerror})", "name another file"
+            ) from None
+    if png is not None:
+        from conav.pictures.pursuit_still import save_pursuit_still
+
+        save_pursuit_still(run, png, report.found.escape)
+    return report

@@ -26,7 +26,7 @@ from conav.pictures.palette import CURVE, PAGE, STRIP, Colours
 from conav.pictures.replay import Replay, Team, free_seen, team_of
 from conav.pictures.scene import Scene
 from conav.pictures.view import fitted, window_around
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 FIRST_S = 0.5  # [s] the first frame is shown before anything moves
 LAST_S = 2.0  # [s] the last frame is held
@@ -34,7 +34,7 @@ FRAMES_PER_STEP = 8  # at most; a run of few steps is over sooner
 
 
 def save_animation(
-    run: Run,
+    run: ExplorationRun,
     path: str | os.PathLike[str],
     *,
     max_pixels: int = 800,
@@ -81,7 +81,7 @@ class _Times:
 class _Film:
     """The frames of a run, painted one after another on one canvas."""
 
-    def __init__(self, run: Run, max_pixels: int, intervals: int) -> None:
+    def __init__(self, run: ExplorationRun, max_pixels: int, intervals: int) -> None:
         self.run = run
         self.team = team_of(run)
         end = Replay(run)
@@ -160,7 +160,7 @@ def _strip_height(width: int) -> int:
     return 2 * text_size(width)
 
 
-def _states(run: Run, team: Team, free: NDArray[np.int64], times: _Times) -> list[str]:
+def _states(run: ExplorationRun, team: Team, free: NDArray[np.int64], times: _Times) -> list[str]:
     """The footer's words for each frame."""
     first = run.steps[0].step if run.steps else 0
     seen = free if len(free) else np.zeros(1, dtype=np.int64)
