@@ -44,22 +44,32 @@ def verify(
     if isinstance(read, PursuitRun):
         report = _pursuit(read, certificate, png)
     else:
-        from conav.errors import InputError
-        from conav.exploration.verify import verify_exploration
-        from conav.runs.types import ExplorationRun
-
         if certificate is not None or png is not None:
+            from conav.errors import InputError
+
             option = "--certificate" if certificate is not None else "--png"
             raise InputError(option, "is for runs of pursuits", "leave it out")
-        if not isinstance(read, ExplorationRun):
-            raise InputError(run, f"is a run of job {read.header.get('job')!r}", "verify cannot")
-        report = verify_exploration(read)
+        report = _report(read)
     if json:
         print(json_module.dumps(report.summary()))
     else:
         for line in report.lines():
             print(line)
     return 0 if report.accepted else 1
+
+
+def _report(run: Any) -> _Report:
+    """The verdict of the verifier of the run's job, an exploration's or a plan's."""
+    from conav.runs.types import ExplorationRun, PlanRun
+
+    if isinstance(run, PlanRun):
+        from conav.planning.verify import verify_plan
+
+        return verify_plan(run)
+    from conav.exploration.verify import verify_exploration
+
+    assert isinstance(run, ExplorationRun)
+    return verify_exploration(run)
 
 
 def _pursuit(run: Any, certificate: Path | None, png: Path | None) -> _Report:
