@@ -4,14 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from exact_floor import ExactFloor, cross, exact, minus, turn
-from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conav.errors import InputError
 from conav.geometry.point_grid import INSIDE, ON_SIDE, ON_VERTEX, OUTSIDE, locate
 from conav.geometry.triangulation import Triangulation, triangulate
+from exact_floor import ExactFloor, cross, exact, minus, turn
+from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 
 
 def floor_of(rings) -> Triangulation:
