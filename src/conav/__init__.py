@@ -15,12 +15,25 @@ if TYPE_CHECKING:
     from conav.errors import InputError
     from conav.exploration.verify import verify_exploration
     from conav.maps.builtin.catalogue import builtin_map
+    from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.occupancy_grid import OccupancyGrid
+    from conav.maps.polygon_map import PolygonMap
+    from conav.maps.polygonise import polygonise
+    from conav.maps.read_floor_plan import read_floor_plan
     from conav.maps.read_map import read_map
     from conav.maps.ros_map_server import write_ros_map
+    from conav.maps.write_floor_plan import write_floor_plan
     from conav.pictures.animation import save_animation
+    from conav.pictures.floor_plan import save_floor_plan
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
+    from conav.pursuit.verify import verify_pursuit
+    from conav.runs.reader import (
+        read_exploration,
+        read_plan,
+        read_pursuit,
+        read_run,
+        repair_run,
+    )
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -28,17 +41,25 @@ _PUBLIC = {
     "Exploration": "conav.simulation.explore",
     "InputError": "conav.errors",
     "OccupancyGrid": "conav.maps.occupancy_grid",
+    "PolygonMap": "conav.maps.polygon_map",
     "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
+    "load_floor_plan": "conav.maps.load_floor_plan",
+    "polygonise": "conav.maps.polygonise",
     "read_exploration": "conav.runs.reader",
+    "read_floor_plan": "conav.maps.read_floor_plan",
     "read_map": "conav.maps.read_map",
     "read_plan": "conav.runs.reader",
+    "read_pursuit": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
+    "save_floor_plan": "conav.pictures.floor_plan",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
+    "verify_pursuit": "conav.pursuit.verify",
+    "write_floor_plan": "conav.maps.write_floor_plan",
     "write_ros_map": "conav.maps.ros_map_server",
 }
 
@@ -48,18 +69,26 @@ __all__ = [
     "Exploration",
     "InputError",
     "OccupancyGrid",
+    "PolygonMap",
     "Status",
     "__version__",
     "builtin_map",
     "explore",
+    "load_floor_plan",
+    "polygonise",
     "read_exploration",
+    "read_floor_plan",
     "read_map",
     "read_plan",
+    "read_pursuit",
     "read_run",
     "repair_run",
     "save_animation",
+    "save_floor_plan",
     "save_still",
     "verify_exploration",
+    "verify_pursuit",
+    "write_floor_plan",
     "write_ros_map",
 ]
 

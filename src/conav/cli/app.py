@@ -8,6 +8,7 @@ from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
+from conav.cli.task import task
 from conav.cli.verify import verify
 
 app = App(
@@ -19,6 +20,7 @@ app = App(
 app.command(explore)
 app.command(compare)
 app.command(maps)
+app.command(task)
 app.command(verify)
 app.command(repair)
 app.command(reproduce)
