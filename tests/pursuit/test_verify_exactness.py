@@ -151,8 +151,16 @@ def _view(stepper: Stepper, mover: Mover) -> View:
         [] if mover.range is None else inscribed_polygon(at, mover.range, corners)
         for at in (mover.before, mover.after)
     ]
-    throughout = stepper.sees_throughout(mover)
-    return View(mover.before, mover.after, *reach, mover.old, mover.new, throughout)
+    return View(
+        mover.before,
+        mover.after,
+        reach[0],
+        reach[1],
+        mover.range is not None,
+        mover.old,
+        mover.new,
+        stepper.sees_throughout(mover),
+    )
 
 
 def _shape(links: np.ndarray) -> list[tuple[int, ...]]:
