@@ -107,7 +107,7 @@ def random_verdicts(count: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Times of the verifier of pursuits")
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--random", type=int, default=0)
     arguments = parser.parse_args()

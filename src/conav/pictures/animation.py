@@ -49,15 +49,12 @@ def save_animation(
     """
     target = checked_path(path, ".gif", "an animation")
     max_pixels = checked_pixels(max_pixels)
-    if not 0.1 <= seconds <= 600:
-        raise InputError(f"seconds {seconds:g}", "is no length of an animation", "give 0.1 to 600")
-    if not 1 <= fps <= 50:
-        raise InputError(f"fps {fps:g}", "is more or less than a GIF can show", "give 1 to 50")
+    check_times(seconds, fps)
     film = _Film(run, max_pixels, max(round(seconds * fps), 1))
     canvas = film.canvas
     with whole_file(target) as stream:
         gif = GifWriter(stream, canvas.width, canvas.height, canvas.palette, TRANSPARENT)
-        for ticks in _ticks(film.times.count, fps):
+        for ticks in frame_ticks(film.times.count, fps):
             film.paint_next()
             gif.add(canvas.pixels, ticks)
         gif.close()
@@ -173,7 +170,15 @@ def _states(run: ExplorationRun, team: Team, free: NDArray[np.int64], times: _Ti
     return result
 
 
-def _ticks(frames: int, fps: float) -> list[int]:
+def check_times(seconds: float, fps: float) -> None:
+    """Raises `InputError` for a length and a rate of frames that no GIF can have."""
+    if not 0.1 <= seconds <= 600:
+        raise InputError(f"seconds {seconds:g}", "is no length of an animation", "give 0.1 to 600")
+    if not 1 <= fps <= 50:
+        raise InputError(f"fps {fps:g}", "is more or less than a GIF can show", "give 1 to 50")
+
+
+def frame_ticks(frames: int, fps: float) -> list[int]:
     """How long each frame is shown [hundredths of a second], rounded so that no error adds up."""
     if frames == 1:
         return [round(LAST_S * 100)]

@@ -78,7 +78,7 @@ def text_size(width: int) -> int:
 def title_of(team: Team) -> str:
     """What the run is: map, strategy, size of the team."""
     robots = f"{team.size} robots" if team.size > 1 else "1 robot"
-    return f"{_plain(team.map_name)} \u00b7 {_plain(team.strategy)} \u00b7 {robots}"
+    return f"{plain_name(team.map_name)} \u00b7 {plain_name(team.strategy)} \u00b7 {robots}"
 
 
 def state_of(
@@ -129,7 +129,7 @@ def _pad(width: int) -> int:
     return text_size(width) * 3 // 4
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """A name from a file as one short line in letters that Pillow's font has."""
     apart = unicodedata.normalize("NFKD", name)
     text = "".join(
