@@ -8,6 +8,7 @@ into cells, and each cell is asked at one point of it who sees it. This is what 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise
+from math import lcm
 from typing import NamedTuple
 
 Point = tuple[int, int]
@@ -197,50 +198,66 @@ def _on_floor(walls: list[tuple[Point, Point]], q: Place) -> bool:
     return inside
 
 
-def _sees(q: Place, p: Point, walls: list[tuple[Point, Point]]) -> bool:
+class _Witness(NamedTuple):
+    """The point (x / w, y / w), w positive: integers are ten times as quick as fractions."""
+
+    x: int
+    y: int
+    w: int
+
+
+def _turn(a: Point, b: Point, q: _Witness) -> int:
+    """Positive where q is left of the line from a to b; the same for b, q, a and q, a, b."""
+    return (b[0] - a[0]) * (q.y - a[1] * q.w) - (b[1] - a[1]) * (q.x - a[0] * q.w)
+
+
+def _sees(q: _Witness, p: Point, walls: list[tuple[Point, Point]]) -> bool:
     """Whether p sees q, a point within the floor on no line through p and a corner."""
     for c, d in walls:
-        if cross(c, d, p) == 0:
+        of_p = cross(c, d, p)
+        if of_p == 0:
             continue  # the segment could touch this wall at p only
-        if cross(q, p, c) * cross(q, p, d) < 0 and cross(c, d, q) * cross(c, d, p) < 0:
+        if of_p * _turn(c, d, q) < 0 and _turn(p, c, q) * _turn(p, d, q) < 0:
             return False
     return True
 
 
-def _encloses(q: Place, view: View, rings: Sequence[Sequence[Point]]) -> bool:
+def _encloses(q: _Witness, view: View, rings: Sequence[Sequence[Point]]) -> bool:
     """Whether a hole lies in the triangle of q and the motion; one corner of it tells, but none on
     the motion's line, which a hole may touch from behind.
     """
     a, b = view.before, view.after
-    around = cross(q, a, b)
+    around = _turn(a, b, q)
     for hole in rings[1:]:
         v = next(corner for corner in hole if cross(a, b, corner) != 0)
-        signs = [cross(q, a, v) * around, cross(a, b, v) * around, cross(b, q, v) * around]
+        signs = (_turn(a, v, q) * around, cross(a, b, v) * around, _turn(v, b, q) * around)
         if all(sign > 0 for sign in signs):
             return True
     return False
 
 
-def _in_reach(q: Place, reach: Sequence[Point]) -> bool:
-    return all(cross(a, b, q) > 0 for a, b in walls_of([reach])) if reach else True
+def _in_reach(q: _Witness, reach: Sequence[Point]) -> bool:
+    return all(_turn(a, b, q) > 0 for a, b in walls_of([reach])) if reach else True
 
 
 def _generic(
     low: Segment,
     high: Segment,
-    x: Fraction,
-    next_x: Fraction,
+    begin: Fraction,
+    end: Fraction,
     rings: Sequence[Sequence[Point]],
     views: Sequence[View],
-) -> Place:
+) -> _Witness:
     """A point within a cell on no line through a corner and a position, nor along a motion."""
     corners = [corner for ring in rings for corner in ring]
     for k in range(2, 10_000):
-        across = x + (next_x - x) / k
+        x = begin + (end - begin) / k
         share = Fraction(1, 2) + Fraction(1, 2 * k + 1)
-        q = (across, _height(low, across) * share + _height(high, across) * (1 - share))
+        y = _height(low, x) * share + _height(high, x) * (1 - share)
+        w = lcm(x.denominator, y.denominator)
+        q = _Witness(int(x * w), int(y * w), w)
         if all(
-            cross(p, v, q) != 0
+            _turn(p, v, q) != 0
             for view in views
             for p in {view.before, view.after}
             for v in (*corners, view.after)
