@@ -1,18 +1,25 @@
 """What the verifier of pursuits takes per motion: docs/pursuit-verifier.md, Speed.
 
     python benchmarks/pursuit_verifier.py
+    python benchmarks/pursuit_verifier.py --random 200     # verdicts on random drives
 
 Floors are corridors with rooms at both sides, of about 30 to 400 corners, some with blocks in the
 corridor as holes. Pursuers drive at random between places in sight of each other. Per floor and
 team: the least time over the repetitions of one motion, views of its ends included, then with views
 remembered, as they are when a motion follows another; and of the whole verdict on a schedule.
+
+With `--random` floors are made of unit squares, and one or two pursuers drive two to five times
+between corners and places on a lattice of half units.
 """
 
 import argparse
+from collections import Counter
 from time import perf_counter
 
 import numpy as np
+import shapely
 
+from conav.errors import InputError
 from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.types import Schedule
 from conav.pursuit.verify import verify_schedule
@@ -58,10 +65,56 @@ def drives(
     return ways
 
 
+def block_floor(rng: np.random.Generator, size: int = 5) -> PolygonMap:
+    """The largest part of a random pattern of unit squares."""
+    while True:
+        cells = np.argwhere(rng.random((size, size)) < 0.62).tolist()
+        parts = shapely.get_parts(
+            shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in cells])
+        )
+        floor = shapely.geometry.polygon.orient(max(parts, key=shapely.area).simplify(0.0), 1.0)
+        rings = [np.array(ring.coords)[:-1] for ring in (floor.exterior, *floor.interiors)]
+        try:
+            plan = PolygonMap(rings[0], rings[1:])
+        except InputError:  # rings that touch
+            continue
+        if len(plan.vertices) >= 8:
+            return plan
+
+
+def random_verdicts(count: int) -> None:
+    """Print how often each verdict comes out."""
+    verdicts: Counter[str] = Counter()
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        plan = block_floor(rng)
+        places = [tuple(corner) for corner in plan.vertices.tolist()]
+        places += [(x / 2, y / 2) for x in range(11) for y in range(11)]
+        places = [place for place in places if plan.contains(place)]
+        ways: list[list[tuple[float, ...]]] = []
+        for _ in range(1 + seed % 2):
+            way = [places[rng.integers(len(places))]]
+            while len(way) < 3 + seed % 4:
+                to = places[rng.integers(len(places))]
+                if to != way[-1] and plan.polygon.covers(shapely.LineString((way[-1], to))):
+                    way.append(to)
+            ways.append(way)
+        positions = np.array(ways).transpose(1, 0, 2)
+        active = np.ones((len(positions) - 1, len(ways)), dtype=np.bool_)
+        schedule = Schedule(np.arange(float(len(positions))), positions, active)
+        verdicts[str(verify_schedule(plan, schedule, (None,) * len(ways)).verdict)] += 1
+    print(", ".join(f"{number} {verdict}" for verdict, number in sorted(verdicts.items())))
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Times of the verifier of pursuits")
     parser.add_argument("--repeat", type=int, default=5)
-    repeat = parser.parse_args().repeat
+    parser.add_argument("--random", type=int, default=0)
+    arguments = parser.parse_args()
+    if arguments.random:
+        random_verdicts(arguments.random)
+        return
+    repeat = arguments.repeat
     print("corners holes pursuers  new views ms  known views ms  verdict ms  motions")
     for pairs, blocks, pursuers in (
         (2, 0, 1),

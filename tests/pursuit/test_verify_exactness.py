@@ -151,8 +151,16 @@ def _view(stepper: Stepper, mover: Mover) -> View:
         [] if mover.range is None else inscribed_polygon(at, mover.range, corners)
         for at in (mover.before, mover.after)
     ]
-    throughout = stepper.sees_throughout(mover)
-    return View(mover.before, mover.after, *reach, mover.old, mover.new, throughout)
+    return View(
+        mover.before,
+        mover.after,
+        reach[0],
+        reach[1],
+        mover.range is not None,
+        mover.old,
+        mover.new,
+        stepper.sees_throughout(mover),
+    )
 
 
 def _shape(links: np.ndarray) -> list[tuple[int, ...]]:
@@ -160,6 +168,22 @@ def _shape(links: np.ndarray) -> list[tuple[int, ...]]:
     return sorted(
         tuple(sorted(int(links[:, j].sum()) for j in np.flatnonzero(row))) for row in links
     )
+
+
+def test_a_sight_line_between_walls_parts_a_shadow() -> None:
+    # A tooth from above and one from below meet the line y = 1 from both sides: behind them the
+    # pursuer sees that line and nothing else.
+    plan = PolygonMap(
+        [
+            *[(0, 0), (4, 0), (4, 1), (5, 1), (5, 0), (8, 0), (8, 2)],
+            *[(3, 2), (3, 1), (2, 1), (2, 2), (0, 2)],
+        ]
+    )
+    stepper = Stepper(make_lattice(plan))
+    for y, shadows in ((1.0, 2), (1.1, 1), (0.9, 2)):
+        at = stepper.lattice.snap((0.0, y))
+        assert at is not None
+        assert stepper.step([Mover(at, at, None)]).regions.n_old == shadows
 
 
 @pytest.mark.parametrize("seed", range(9))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
 
 from conav.cli import run as command
 from conav.errors import InputError
@@ -77,6 +78,25 @@ def test_a_run_is_read_as_it_was_written(good: PursuitRun) -> None:
     assert isinstance(read_run(good.path), PursuitRun)
     with pytest.raises(InputError, match="job 'pursue'"):
         read_exploration(good.path)
+
+
+def test_others_read_it_with_the_definitions_inside(good: PursuitRun) -> None:
+    topics: dict[str, list[Any]] = {}
+    with AnyReader([good.path]) as reader:
+        for connection, time_ns, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            topics.setdefault(connection.topic, []).append((time_ns, message))
+    (walls,) = topics["/floor"][0][1].markers
+    assert [(point.x, point.y) for point in walls.points[:-1]] == [
+        tuple(corner) for corner in ROOMS.outer.tolist()
+    ]
+    poses = topics["/scout_0/pose"]
+    assert len(poses) == len(topics["/tf"]) > len(LEFT_TO_RIGHT)
+    time_ns, last = poses[-1]
+    assert time_ns == round(good.legs[-1].end_s * 1e9)
+    assert (last.pose.position.x, last.pose.position.y) == RIGHT
+    legs = [message for _, message in topics["/conav/leg"]]
+    assert [leg.end_s for leg in legs] == [leg.end_s for leg in good.legs]
 
 
 def test_the_same_run_has_the_same_digest(tmp_path: Path, good: PursuitRun) -> None:

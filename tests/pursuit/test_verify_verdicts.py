@@ -113,8 +113,12 @@ def test_one_pursuer_does_not_clear_a_spider() -> None:
 def test_two_pursuers_clear_a_spider() -> None:
     # One keeps the middle in sight while the other goes down each arm and back.
     middle = (0.0, 0.0)
-    out: Way = [(0, 4), (4, 4), (4, 8)], [(4, 0), (4, -4), (8, -4)], [(-4, 0), (-4, -4), (-8, -4)]
-    moves = [(1, place) for arm in out for place in [*arm, *arm[-2::-1], middle]]
+    arms: list[Way] = [
+        [(0, 4), (4, 4), (4, 8)],
+        [(4, 0), (4, -4), (8, -4)],
+        [(-4, 0), (-4, -4), (-8, -4)],
+    ]
+    moves = [(1, place) for arm in arms for place in [*arm, *arm[-2::-1], middle]]
     assert verdict(SPIDER, in_turn(*moves, starts=[middle, middle])) is Verdict.CAPTURED
 
 

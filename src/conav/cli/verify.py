@@ -2,18 +2,15 @@
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-
-class _Report(Protocol):
-    """What the verifiers of all jobs hand back."""
-
-    @property
-    def accepted(self) -> bool: ...
-    def lines(self) -> list[str]: ...
-    def summary(self) -> dict[str, Any]: ...
+if TYPE_CHECKING:
+    from conav.exploration.verify import VerificationReport
+    from conav.planning.verify import PlanReport
+    from conav.pursuit.verify import PursuitReport
+    from conav.runs.types import PursuitRun
 
 
 def verify(
@@ -37,19 +34,7 @@ def verify(
     png
         Of a pursuit: draw the floor, the pursuers' ways and an evader's escape to this file.
     """
-    from conav.runs.reader import read_run
-    from conav.runs.types import PursuitRun
-
-    read = read_run(run)
-    if isinstance(read, PursuitRun):
-        report = _pursuit(read, certificate, png)
-    else:
-        if certificate is not None or png is not None:
-            from conav.errors import InputError
-
-            option = "--certificate" if certificate is not None else "--png"
-            raise InputError(option, "is for runs of pursuits", "leave it out")
-        report = _report(read)
+    report = _report(run, certificate, png)
     if json:
         print(json_module.dumps(report.summary()))
     else:
@@ -58,10 +43,20 @@ def verify(
     return 0 if report.accepted else 1
 
 
-def _report(run: Any) -> _Report:
-    """The verdict of the verifier of the run's job, an exploration's or a plan's."""
-    from conav.runs.types import ExplorationRun, PlanRun
+def _report(
+    path: Path, certificate: Path | None, png: Path | None
+) -> "VerificationReport | PlanReport | PursuitReport":
+    """The verdict of the verifier of the run's job."""
+    from conav.errors import InputError
+    from conav.runs.reader import read_run
+    from conav.runs.types import ExplorationRun, PlanRun, PursuitRun
 
+    run = read_run(path)
+    if isinstance(run, PursuitRun):
+        return _pursuit(run, certificate, png)
+    for option, given in (("--certificate", certificate), ("--png", png)):
+        if given is not None:
+            raise InputError(option, "is for runs of pursuits", "leave it out")
     if isinstance(run, PlanRun):
         from conav.planning.verify import verify_plan
 
@@ -72,7 +67,7 @@ def _report(run: Any) -> _Report:
     return verify_exploration(run)
 
 
-def _pursuit(run: Any, certificate: Path | None, png: Path | None) -> _Report:
+def _pursuit(run: "PursuitRun", certificate: Path | None, png: Path | None) -> "PursuitReport":
     from conav.errors import InputError
     from conav.pursuit.verify import verify_pursuit
 

@@ -6,10 +6,9 @@ makes certificates. What is left to the reader: that the floor and the motions a
 """
 
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
-from conav.pursuit.verify_slabs import Place, Point, View, cells, cross, walls_of
+from conav.pursuit.verify_slabs import Place, Point, View, cells, cross, in_floor, walls_of
 
 Rings = list[list[Point]]
 
@@ -72,7 +71,7 @@ def _piece_faults(
     views: list[View] = []
     for one in piece["pursuers"]:
         a, b = _point(one["before"]), _point(one["after"])
-        if not inside_floor(rings, a, b):
+        if not in_floor(walls_of(rings), a, b):
             return [f"pursuer {one['pursuer']} leaves the floor"]
         reach: list[list[Point]] = [[], []]
         if "range" in one:
@@ -81,7 +80,9 @@ def _piece_faults(
                 if not _within_reach(rings, at, int(one["range"]), polygon):
                     return [f"pursuer {one['pursuer']} sees beyond its range"]
         throughout = one.get("throughout", True)
-        views.append(View(a, b, reach[0], reach[1], one["old"], one["new"], throughout))
+        views.append(
+            View(a, b, reach[0], reach[1], "range" in one, one["old"], one["new"], throughout)
+        )
     old_points = [_place(shadow["point"]) for shadow in before]
     new_points = [_place(shadow["point"]) for shadow in after]
     found = cells(rings, views, piece["instant"], old_points, new_points)
@@ -99,38 +100,6 @@ def _piece_faults(
             if before[i]["contaminated"] and not after[j]["contaminated"]:
                 faults.append(f"shadow {j} is not clear: shadow {i} was not")
     return faults
-
-
-def inside_floor(rings: Rings, a: Point, b: Point) -> bool:
-    """Whether the segment from a to b lies in the closed floor."""
-    walls = walls_of(rings)
-    cuts = {Fraction(0), Fraction(1)}
-    for c, d in walls:
-        of_a, of_b = cross(c, d, a), cross(c, d, b)
-        if of_a != of_b:
-            cuts.add(Fraction(of_a, of_a - of_b))
-        for corner in (c, d):
-            length = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
-            if length and cross(a, b, corner) == 0:
-                along = (corner[0] - a[0]) * (b[0] - a[0]) + (corner[1] - a[1]) * (b[1] - a[1])
-                cuts.add(Fraction(along, length))
-    stops = sorted(cut for cut in cuts if 0 <= cut <= 1)
-    middles = [*stops, *((one + two) / 2 for one, two in pairwise(stops))]
-    return all(
-        _on_floor(walls, (a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]))) for t in middles
-    )
-
-
-def _on_floor(walls: list[tuple[Point, Point]], q: Place) -> bool:
-    inside = False
-    for c, d in walls:
-        where = cross(c, d, q)
-        between = (q[0] - c[0]) * (q[0] - d[0]) + (q[1] - c[1]) * (q[1] - d[1]) <= 0
-        if where == 0 and between:
-            return True
-        if (c[1] <= q[1] < d[1] and where > 0) or (d[1] <= q[1] < c[1] and where < 0):
-            inside = not inside
-    return inside
 
 
 def _within_reach(rings: Rings, at: Point, radius: int, polygon: list[Point]) -> bool:

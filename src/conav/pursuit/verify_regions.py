@@ -77,6 +77,16 @@ def _dark(
 
 
 @kernel
+def _mark_shown(
+    segment: Ints, same: Ints, owner: Ints, shown: Flags, position: int, marks: Flags
+) -> None:
+    """Mark the edges that are seen from a position because they lie on its windows."""
+    for e in range(segment.shape[0]):
+        if owner[segment[e]] == position and shown[segment[e]]:
+            marks[same[2 * e] // 2] = True
+
+
+@kernel
 def _number(
     first: Ints,
     face: Ints,
@@ -85,17 +95,20 @@ def _number(
     owner: Ints,
     n_walls: int,
     hidden: Flags,
+    closed: Flags,
     counts: Flags,
     number: Ints,
 ) -> int:
     """Number the components of the hidden faces by where they are met first along the walls and
     then along the windows of the positions that count; return how many there are.
+
+    Nobody crosses edges that are `closed`.
     """
     faces = hidden.shape[0]
     parent = np.arange(faces)
     for e in range(segment.shape[0]):
         left, right = face[2 * e], face[2 * e + 1]
-        if hidden[left] and hidden[right] and same[2 * e] == 2 * e:
+        if hidden[left] and hidden[right] and same[2 * e] == 2 * e and not closed[e]:
             unite(parent, left, right)
     of_root = np.full(faces, -1, dtype=np.int64)
     total = 0
@@ -123,6 +136,7 @@ def classify(
     n_walls: int,
     owner: Ints,
     pocket: Ints,
+    shown: Flags,
     anchors: Ints,
     movers: Ints,
     instant: bool,
@@ -130,7 +144,8 @@ def classify(
     """The fields of the `Regions` of a motion.
 
     Segment s is a window of position `owner[s]` (-1: of none) with its hidden side on the left
-    where `pocket[s]` is 1, on the right where it is -1. `anchors` (positions,) are segments that
+    where `pocket[s]` is 1, on the right where it is -1; `shown[s]`: all of it is seen from there.
+    `anchors` (positions,) are segments that
     begin at each position. In an instant views change though nobody moves: who counts for the old
     or the new view sees at that moment.
     """
@@ -151,6 +166,11 @@ def classify(
     n_positions = anchors.shape[0]
     counts_old = np.zeros(n_positions, dtype=np.bool_)
     counts_new = np.zeros(n_positions, dtype=np.bool_)
+    closed_old = np.zeros(n_edges, dtype=np.bool_)
+    closed_new = np.zeros(n_edges, dtype=np.bool_)
+    closed = np.zeros(n_edges, dtype=np.bool_)
+    on_one = np.empty(n_edges, dtype=np.bool_)
+    on_two = np.empty(n_edges, dtype=np.bool_)
     for i in range(movers.shape[0]):
         for end in range(2):
             position = movers[i, end]
@@ -168,11 +188,20 @@ def classify(
             if end == 0 and movers[i, OLD] == 1:
                 seen_old |= view
                 counts_old[position] = True
+                _mark_shown(segment, same, owner, shown, position, closed_old)
             if (end == 1 or movers[i, PATH] < 0) and movers[i, NEW] == 1:
                 seen_new |= view
                 counts_new[position] = True
+                _mark_shown(segment, same, owner, shown, position, closed_new)
             if movers[i, PATH] < 0 and movers[i, THROUGHOUT] == 1:
                 throughout |= view
+        if movers[i, THROUGHOUT] == 1:
+            # What lies on windows of both ends lies in line with them, and is seen throughout.
+            on_one[:] = False
+            on_two[:] = False
+            _mark_shown(segment, same, owner, shown, movers[i, BEFORE], on_one)
+            _mark_shown(segment, same, owner, shown, movers[i, AFTER], on_two)
+            closed |= on_one & on_two
         if movers[i, PATH] >= 0 and movers[i, THROUGHOUT] == 1:
             starts[:] = False
             dark[:] = False
@@ -189,10 +218,14 @@ def classify(
     old = np.empty(faces, dtype=np.int64)
     new = np.empty(faces, dtype=np.int64)
     unseen = np.empty(faces, dtype=np.int64)
-    n_old = _number(first, face, same, segment, owner, n_walls, ~seen_old, counts_old, old)
-    n_new = _number(first, face, same, segment, owner, n_walls, ~seen_new, counts_new, new)
+    n_old = _number(
+        first, face, same, segment, owner, n_walls, ~seen_old, closed_old, counts_old, old
+    )
+    n_new = _number(
+        first, face, same, segment, owner, n_walls, ~seen_new, closed_new, counts_new, new
+    )
     everybody = np.ones(n_positions, dtype=np.bool_)
-    _number(first, face, same, segment, owner, n_walls, ~throughout, everybody, unseen)
+    _number(first, face, same, segment, owner, n_walls, ~throughout, closed, everybody, unseen)
     links = np.zeros((n_old, n_new), dtype=np.bool_)
     if instant:
         for f in range(faces):

@@ -5,9 +5,10 @@ plane is cut into upright slabs at every point where two segments meet, each sla
 into cells, and each cell is asked at one point of it who sees it. This is what checks certificates.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise
+from math import lcm
 from typing import NamedTuple
 
 Point = tuple[int, int]
@@ -22,6 +23,7 @@ class View(NamedTuple):
     after: Point
     reach_before: Sequence[Point]  # convex, counter-clockwise: what is in range; empty: everything
     reach_after: Sequence[Point]
+    limited: bool  # its range
     old: bool
     new: bool
     throughout: bool
@@ -111,9 +113,31 @@ def cells(
             throughout |= view.throughout and always
         for flags, seen in zip(hidden, (old, new, throughout), strict=True):
             flags.append(not seen)
-    shadow_old, n_old = grid.components(hidden[0])
-    shadow_new, n_new = grid.components(hidden[1])
-    between, n_between = grid.components(hidden[2])
+    corners = [corner for ring in rings for corner in ring]
+    free = [view for view in views if not view.limited]
+
+    def shown(p: Point, q: Place) -> bool:
+        in_line = any(cross(p, v, q) == 0 for v in corners if v != p)
+        return in_line and in_floor(walls, p, q)
+
+    def closed_old(q: Place) -> bool:
+        return any(view.old and shown(view.before, q) for view in free)
+
+    def closed_new(q: Place) -> bool:
+        return any(view.new and shown(view.after, q) for view in free)
+
+    def closed(q: Place) -> bool:
+        return any(
+            view.throughout
+            and cross(view.before, view.after, q) == 0
+            and shown(view.before, q)
+            and shown(view.after, q)
+            for view in free
+        )
+
+    shadow_old, n_old = grid.components(hidden[0], closed_old)
+    shadow_new, n_new = grid.components(hidden[1], closed_new)
+    between, n_between = grid.components(hidden[2], closed)
     met: list[tuple[set[int], set[int]]] = [(set(), set()) for _ in range(n_between)]
     links = [[False] * n_new for _ in range(n_old)]
     for k, component in enumerate(between):
@@ -143,50 +167,97 @@ def _place(p: Point) -> Place:
     return Fraction(p[0]), Fraction(p[1])
 
 
-def _sees(q: Place, p: Point, walls: list[tuple[Point, Point]]) -> bool:
+def in_floor(walls: list[tuple[Point, Point]], a: Point, b: Point | Place) -> bool:
+    """Whether the segment from a to b lies in the closed floor."""
+    cuts = {Fraction(0), Fraction(1)}
+    length = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
+    for c, d in walls:
+        of_a, of_b = cross(c, d, a), cross(c, d, b)
+        if of_a != of_b:
+            cuts.add(Fraction(of_a) / (of_a - of_b))
+        for corner in (c, d):
+            if length and cross(a, b, corner) == 0:
+                along = (corner[0] - a[0]) * (b[0] - a[0]) + (corner[1] - a[1]) * (b[1] - a[1])
+                cuts.add(Fraction(along) / length)
+    stops = sorted(cut for cut in cuts if 0 <= cut <= 1)
+    middles = [*stops, *((one + two) / 2 for one, two in pairwise(stops))]
+    return all(
+        _on_floor(walls, (a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]))) for t in middles
+    )
+
+
+def _on_floor(walls: list[tuple[Point, Point]], q: Place) -> bool:
+    inside = False
+    for c, d in walls:
+        where = cross(c, d, q)
+        between = (q[0] - c[0]) * (q[0] - d[0]) + (q[1] - c[1]) * (q[1] - d[1]) <= 0
+        if where == 0 and between:
+            return True
+        if (c[1] <= q[1] < d[1] and where > 0) or (d[1] <= q[1] < c[1] and where < 0):
+            inside = not inside
+    return inside
+
+
+class _Witness(NamedTuple):
+    """The point (x / w, y / w), w positive: integers are ten times as quick as fractions."""
+
+    x: int
+    y: int
+    w: int
+
+
+def _turn(a: Point, b: Point, q: _Witness) -> int:
+    """Positive where q is left of the line from a to b; the same for b, q, a and q, a, b."""
+    return (b[0] - a[0]) * (q.y - a[1] * q.w) - (b[1] - a[1]) * (q.x - a[0] * q.w)
+
+
+def _sees(q: _Witness, p: Point, walls: list[tuple[Point, Point]]) -> bool:
     """Whether p sees q, a point within the floor on no line through p and a corner."""
     for c, d in walls:
-        if cross(c, d, p) == 0:
+        of_p = cross(c, d, p)
+        if of_p == 0:
             continue  # the segment could touch this wall at p only
-        if cross(q, p, c) * cross(q, p, d) < 0 and cross(c, d, q) * cross(c, d, p) < 0:
+        if of_p * _turn(c, d, q) < 0 and _turn(p, c, q) * _turn(p, d, q) < 0:
             return False
     return True
 
 
-def _encloses(q: Place, view: View, rings: Sequence[Sequence[Point]]) -> bool:
+def _encloses(q: _Witness, view: View, rings: Sequence[Sequence[Point]]) -> bool:
     """Whether a hole lies in the triangle of q and the motion; one corner of it tells, but none on
     the motion's line, which a hole may touch from behind.
     """
     a, b = view.before, view.after
-    around = cross(q, a, b)
+    around = _turn(a, b, q)
     for hole in rings[1:]:
         v = next(corner for corner in hole if cross(a, b, corner) != 0)
-        signs = [cross(q, a, v) * around, cross(a, b, v) * around, cross(b, q, v) * around]
+        signs = (_turn(a, v, q) * around, cross(a, b, v) * around, _turn(v, b, q) * around)
         if all(sign > 0 for sign in signs):
             return True
     return False
 
 
-def _in_reach(q: Place, reach: Sequence[Point]) -> bool:
-    return all(cross(a, b, q) > 0 for a, b in walls_of([reach])) if reach else True
+def _in_reach(q: _Witness, reach: Sequence[Point]) -> bool:
+    return all(_turn(a, b, q) > 0 for a, b in walls_of([reach])) if reach else True
 
 
 def _generic(
     low: Segment,
     high: Segment,
-    x: Fraction,
-    next_x: Fraction,
+    begin: Fraction,
+    end: Fraction,
     rings: Sequence[Sequence[Point]],
     views: Sequence[View],
-) -> Place:
+) -> _Witness:
     """A point within a cell on no line through a corner and a position, nor along a motion."""
     corners = [corner for ring in rings for corner in ring]
     for k in range(2, 10_000):
-        across = x + (next_x - x) / k
+        x = begin + (end - begin) / k
         share = Fraction(1, 2) + Fraction(1, 2 * k + 1)
-        q = (across, _height(low, across) * share + _height(high, across) * (1 - share))
+        y = _height(low, x) * share + _height(high, x) * (1 - share)
+        w = lcm(x.denominator, y.denominator)
+        q = _Witness(int(x * w), int(y * w), w)
         if all(
-            cross(p, v, q) != 0
+            _turn(p, v, q) != 0
             for view in views
             for p in {view.before, view.after}
             for v in (*corners, view.after)
@@ -224,10 +295,13 @@ class _Slabs:
                     break  # sorted by where they begin
                 cuts.update(meeting(one, other))
         self._cuts = sorted(cuts)
-        upright = [s for s in solid if s[0][0] == s[1][0]]
+        upright: dict[Fraction, list[tuple[Segment, bool]]] = {}
+        for s in segments:
+            if s[0][0] == s[1][0]:
+                upright.setdefault(s[0][0], []).append((s, s in solid))
         lying = [s for s in segments if s[0][0] != s[1][0]]
         self.cells: list[tuple[Segment, Segment, Fraction, Fraction]] = []
-        self._edges: list[tuple[int, int]] = []
+        self._edges: list[tuple[int, int, Place]] = []  # neighbours, a point on what parts them
         before: list[int] = []
         for x, next_x in pairwise(self._cuts):
             middle = (x + next_x) / 2
@@ -248,33 +322,40 @@ class _Slabs:
                     self.cells.append((last[0], segment, x, next_x))
                     here.append(len(self.cells) - 1)
                     if last[1] and here[:-1]:
-                        self._edges.append((here[-2], here[-1]))
+                        self._edges.append((here[-2], here[-1], (middle, _height(last[0], middle))))
                 if not passable:
                     inside = not inside
                 last = segment, passable
-            self._join(before, here, x, [s for s in upright if s[0][0] == x])
+            self._join(before, here, x, upright.get(x, []))
             before = here
 
-    def _join(self, before: list[int], here: list[int], x: Fraction, walls: list[Segment]) -> None:
-        """Note which cells on both sides of an upright line share more than a wall and points."""
+    def _join(
+        self, before: list[int], here: list[int], x: Fraction, upright: list[tuple[Segment, bool]]
+    ) -> None:
+        """Note which cells on both sides of an upright line meet, and where no wall parts them."""
+        ends = {place[1] for segment, _ in upright for place in segment}
         for i in before:
             for j in here:
                 low = max(_height(self.cells[i][0], x), _height(self.cells[j][0], x))
                 high = min(_height(self.cells[i][1], x), _height(self.cells[j][1], x))
-                if low < high:
-                    free = (
-                        high
-                        - low
-                        - sum(max(min(high, b[1]) - max(low, a[1]), Fraction(0)) for a, b in walls)
-                    )
-                    if free > 0:
-                        self._edges.append((i, j))
+                if low >= high:
+                    continue
+                stops = sorted({low, high, *(end for end in ends if low < end < high)})
+                for one, two in pairwise(stops):
+                    y = (one + two) / 2
+                    if not any(wall and s[0][1] < y < s[1][1] for s, wall in upright):
+                        self._edges.append((i, j, (x, y)))
 
-    def components(self, held: list[bool]) -> tuple[list[int], int]:
-        """The component of each cell that is held, -1 for the others, and how many there are."""
+    def components(
+        self, held: list[bool], closed: Callable[[Place], bool]
+    ) -> tuple[list[int], int]:
+        """The component of each cell that is held, -1 for the others, and how many there are.
+
+        Nobody gets from cell to cell where the points between them are closed.
+        """
         near: list[list[int]] = [[] for _ in held]
-        for i, j in self._edges:
-            if held[i] and held[j]:
+        for i, j, between in self._edges:
+            if held[i] and held[j] and not closed(between):
                 near[i].append(j)
                 near[j].append(i)
         number = [-1] * len(held)

@@ -71,6 +71,7 @@ class Stepper:
         count = len(self._fixed) // 3
         owners = [np.full(count, -1, dtype=np.int64)]
         pockets = [np.zeros(count, dtype=np.int64)]
+        shown = [np.zeros(count, dtype=np.bool_)]
         places: list[tuple[Point, int | None]] = []
         table = np.empty((len(movers), 6), dtype=np.int64)
         for i, mover in enumerate(movers):
@@ -81,6 +82,7 @@ class Stepper:
                 rows.append(view.lines)
                 owners.append(np.full(len(view.sides), len(places), dtype=np.int64))
                 pockets.append(view.sides)
+                shown.append(np.full(len(view.sides), mover.range is None))
                 places.append((point, mover.range))
                 count += len(view.sides)
             if not moves:
@@ -95,6 +97,7 @@ class Stepper:
         rows += extra
         owners.append(np.full(len(extra), -1, dtype=np.int64))
         pockets.append(np.zeros(len(extra), dtype=np.int64))
+        shown.append(np.zeros(len(extra), dtype=np.bool_))
         lines = np.concatenate(rows)
         faces = Arrangement(*arrange(lines, n_walls, self.lattice.links[:, 1], BOX_SLACK))
         regions = Regions(
@@ -107,6 +110,7 @@ class Stepper:
                 n_walls,
                 np.concatenate(owners),
                 np.concatenate(pockets),
+                np.concatenate(shown),
                 anchors,
                 table,
                 instant,
