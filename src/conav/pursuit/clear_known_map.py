@@ -6,9 +6,11 @@ found for is not proved to be too small: the budget may have ended, or other pla
 that see the whole floor end the growth, so there always is a plan where the team has no limit.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Any, Literal, cast
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -144,7 +146,7 @@ def _to_posts(roadmap: Roadmap, begin: list[int], posts: tuple[int, ...]) -> lis
                 return None
             way.append(previous)
         way.reverse()
-        moves += [Move(a, b) for a, b in zip(way, way[1:], strict=False)]
+        moves += [Move(a, b) for a, b in pairwise(way)]
     return moves
 
 
@@ -195,3 +197,35 @@ def _nothing(
         minimal_proved=False,
         counters={"expanded": expanded},
     )
+
+
+def make_clearing(settings: Mapping[str, object]) -> ClearKnownMap:
+    """The method with these settings; text is read as the setting's type.
+
+    Raises `InputError` for a misspelt setting or a value that is not allowed.
+    """
+    from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+    names = [item.name for item in fields(ClearKnownMap)]
+    for key in settings:
+        if key not in names:
+            near = difflib.get_close_matches(key, names, n=1)
+            hint = f"did you mean {near[0]}?" if near else "the settings: " + ", ".join(names)
+            raise InputError(f"setting {key!r}", "is not known", hint)
+    cls: Any = ClearKnownMap
+    cls.__pydantic_config__ = ConfigDict(extra="forbid")
+    try:
+        return cast("ClearKnownMap", TypeAdapter(cls).validate_python(dict(settings)))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise InputError(
+            f"setting {key!r}" if key else "settings",
+            f"got {first['input']!r}: {first['msg'].removeprefix('Value error, ')}",
+            "see docs/pursuit.md",
+        ) from None
+
+
+def settings_of(method: ClearKnownMap) -> dict[str, object]:
+    """All settings, defaults included, by name."""
+    return {item.name: getattr(method, item.name) for item in fields(method)}

@@ -145,7 +145,7 @@ class ShadowMoves:
         slack = 1e-9 * float(np.ptp(self.floor.vertices))
         in_one = np.all([side >= -slack for side in sides], axis=0)
         in_other = np.all([side <= slack for side in sides], axis=0)
-        return bool((in_one | in_other).any())
+        return bool(np.logical_or(in_one, in_other).any())
 
 
 def apply(rows: list[int], contaminated: int) -> int:
