@@ -66,6 +66,7 @@ def pursue(
 
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
+    from conav.maps.read_floor_plan import FloorPlanReading
     from conav.pursuit.clear_known_map import make_clearing, settings_of
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
@@ -73,7 +74,7 @@ def pursue(
     from conav.pursuit.verify import verify_schedule
 
     method = make_clearing(dict(parse_settings(set or [])))
-    floor = load_floor_plan(floor_plan, resolution=resolution)
+    floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
     at = default_start(floor) if start is None else _point(start)
@@ -88,10 +89,9 @@ def pursue(
     with _Progress(shown=not quiet) as progress:
         result = method.solve(problem, progress.step)
     compute_s = perf_counter() - begun
-    cleared = result.status == "done"
-    found = verify_schedule(floor, result.schedule, [None] * len(team)) if cleared else None
-    if cleared and len(result.pursuers) != len(team):
-        found = verify_schedule(floor, result.schedule, [None] * len(result.pursuers))
+    found = None
+    if result.status == "done":
+        found = verify_schedule(floor, result.schedule, (None,) * len(result.pursuers))
     with tempfile.TemporaryDirectory() as folder:
         run = out if out is not None else Path(folder) / "pursuit.mcap"
         if out is not None or png is not None:

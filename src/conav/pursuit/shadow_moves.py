@@ -171,11 +171,13 @@ def _inner_point(border: Floats) -> Point | None:
     """A point well inside a polygon, or None where it is too thin to tell."""
     import shapely
 
-    polygon = shapely.Polygon(border)
-    if not polygon.is_valid:
-        polygon = shapely.make_valid(polygon)
-    point = polygon.representative_point()
-    if point.is_empty or polygon.boundary.distance(point) < 1e-9:
+    parts = shapely.get_parts(shapely.make_valid(shapely.Polygon(border)))
+    polygons = [part for part in parts if isinstance(part, shapely.Polygon) and not part.is_empty]
+    if not polygons:
+        return None
+    largest = max(polygons, key=lambda part: part.area)
+    point = largest.representative_point()
+    if largest.exterior.distance(point) < 1e-9:
         return None
     return float(point.x), float(point.y)
 
@@ -231,7 +233,7 @@ def cells_measures(floor: Triangulation, cells: ViewCells) -> Floats:
     The box is given as x and y of its lower left and minus those of its upper right corner.
     """
     return _cells_measures(
-        floor.vertices, floor.wall_ends, cells.count, cells.cells, cells.following, cells.nodes,
+        floor.vertices, floor.wall_ends, cells.n_cells, cells.cells, cells.following, cells.nodes,
         cells.node_points, cells.node_places, 2 * len(cells.left),
     )  # fmt: skip
 
