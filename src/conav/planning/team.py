@@ -66,7 +66,7 @@ class GraphSettings:
     local_share: float = 0.3  # around the present path
     shortcut_tries: int = 200  # at straightening a path that got better; 0: never
     guide: bool = True  # begin with a path from a search over cells
-    delays: int = 8  # copies of it, each later by the time of half a connection radius
+    delays: int = 8  # copies of it, each later by the time of about half a radius
 
 
 @dataclass(eq=False)
@@ -132,9 +132,9 @@ class Team:
             self.guides[robot] = self._straightened(robot, path, self.only([]), GUIDE_TRIES)
             rows = between(graph, self.guides[robot], len(path))
             graph.insert(rows[1:])
-            wait = graph.radius_at(graph.size + len(rows) * self.settings.delays) / (
-                2.0 * at.speed_mps
-            )
+            # A little less than half: two of them are then clearly within the radius.
+            radius = graph.radius_at(graph.size + len(rows) * self.settings.delays)
+            wait = 0.49 * radius / at.speed_mps
             graph.insert(delayed(rows, wait, self.settings.delays, problem.horizon_s))
             self.roads[robot] = ()
             self.count("guides")
