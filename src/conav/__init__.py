@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from conav.maps.read_map import read_map
     from conav.maps.ros_map_server import write_ros_map
     from conav.pictures.animation import save_animation
+    from conav.pictures.plan_animation import save_plan_animation
+    from conav.pictures.plan_picture import save_plan_picture
     from conav.pictures.still import save_still
+    from conav.planning.load_scene import load_scene
     from conav.planning.plan import plan
+    from conav.planning.scene_writer import write_scene
     from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
-    from conav.runs.reader import read_run, repair_run
+    from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -30,21 +34,27 @@ _PUBLIC = {
     "Exploration": "conav.simulation.explore",
     "InputError": "conav.errors",
     "OccupancyGrid": "conav.maps.occupancy_grid",
-    "Status": "conav.status",
     "PlanningProblem": "conav.planning.types",
     "PlanningResult": "conav.planning.types",
     "PlanningRobot": "conav.planning.types",
     "Region": "conav.planning.types",
+    "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
+    "load_scene": "conav.planning.load_scene",
     "plan": "conav.planning.plan",
+    "read_exploration": "conav.runs.reader",
     "read_map": "conav.maps.read_map",
+    "read_plan": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
+    "save_plan_animation": "conav.pictures.plan_animation",
+    "save_plan_picture": "conav.pictures.plan_picture",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
     "write_ros_map": "conav.maps.ros_map_server",
+    "write_scene": "conav.planning.scene_writer",
 }
 
 __version__ = "0.1.0"
@@ -61,14 +71,20 @@ __all__ = [
     "__version__",
     "builtin_map",
     "explore",
+    "load_scene",
     "plan",
+    "read_exploration",
     "read_map",
+    "read_plan",
     "read_run",
     "repair_run",
     "save_animation",
+    "save_plan_animation",
+    "save_plan_picture",
     "save_still",
     "verify_exploration",
     "write_ros_map",
+    "write_scene",
 ]
 
 

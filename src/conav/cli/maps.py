@@ -1,6 +1,7 @@
 """`conav maps`."""
 
 import json as json_module
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,16 +22,24 @@ def maps(
     radius: float = 0.1,
     outside: Annotated[bool, Parameter(negative="")] = False,
     outside_folder: Annotated[bool, Parameter(negative="")] = False,
+    floor_plan: Annotated[bool, Parameter(negative="")] = False,
+    evader_radius: float | None = None,
+    unknown: str | None = None,
+    tolerance: float | None = None,
+    at: str | None = None,
+    part: Whole | None = None,
+    coordinates: str | None = None,
     out: Path | None = None,
     png: Path | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """List the built-in maps, or say what a map holds and convert it.
+    """List the built-in maps and floor plans, or say what one holds and convert it.
 
     Parameters
     ----------
     map
-        A map file or a built-in map's name. Without one the built-in maps are listed and drawn.
+        A map or floor plan file, or a built-in one's name, such as office or comb:6. Without one
+        the built-in ones are listed and the maps drawn.
     resolution
         Metres per pixel: needed for a bare picture; for a built-in map the side of its cells.
     size
@@ -45,10 +54,25 @@ def maps(
         Take the largest part even when it looks like the outside of a building.
     outside_folder
         Let a map's yaml name a picture outside its own folder.
+    floor_plan
+        Make a polygonal floor plan of a grid map, exactly along the sides of its cells.
+    evader_radius
+        With --floor-plan: radius of those who hide [m]; over 0, corners where free cells only
+        touch are closed.
+    unknown
+        With --floor-plan: free (the default, somebody may hide there) or wall.
+    tolerance
+        With --floor-plan: let walls take in dents so deep [m], for fewer vertices.
+    at
+        With --floor-plan: take the part of the map at this point, x,y [m].
+    part
+        Of a GeoJSON or WKT file with several floors, the one to take, from 0.
+    coordinates
+        Of a GeoJSON or WKT file: auto, degrees or metres.
     out
-        Write the map as a ROS map_server pair, .yaml and .pgm.
+        Write a map as a ROS map_server pair, .yaml and .pgm, or a floor plan as .json or .geojson.
     png
-        Draw the map to a picture; without a map, draw all built-in ones into this folder.
+        Draw it to a picture; without a map, draw all built-in ones into this folder.
     json
         Print one JSON object.
     """
@@ -58,18 +82,40 @@ def maps(
                 "--out", "there is no map to write", "name a map: conav maps MAP --out"
             )
         return _list(png, json)
-    width_m, height_m = parse_size(size)
-    from conav.maps.builtin.catalogue import BUILTIN, builtin_map
-    from conav.simulation.explore import load_map
+    from conav.maps.builtin.catalogue import BUILTIN
+    from conav.maps.floor_plans.catalogue import FLOOR_PLANS, is_floor_plan_name
+    from conav.maps.read_floor_plan import is_floor_plan_file
 
-    if map in BUILTIN:
-        grid = builtin_map(
-            map, width_m=width_m, height_m=height_m, resolution=resolution, seed=seed
-        )
-    elif size is not None:
-        raise InputError("--size", "is for built-in maps", "leave it out for a file")
+    polygons = map not in BUILTIN and (is_floor_plan_name(map) or is_floor_plan_file(map))
+    if not polygons and map not in BUILTIN and not Path(map).suffix and not Path(map).exists():
+        known = ", ".join((*BUILTIN, *FLOOR_PLANS))
+        raise InputError(f"map {map!r}", "is neither a file nor built in", f"built-in: {known}")
+    grid: Any = None
+    for_cells = {
+        "--evader-radius": evader_radius,
+        "--unknown": unknown,
+        "--tolerance": tolerance,
+        "--at": at,
+    }
+    if polygons:
+        _refuse({"--size": size, "--cell": cell, **for_cells}, "grid maps")
+        _refuse({"--floor-plan": floor_plan or None, "--outside": outside or None}, "grid maps")
+        _refuse({"--seed": seed or None}, "grid maps", "write it as corridor-tree:seed=3")
     else:
-        grid = load_map(map, resolution=resolution, outside_folder=outside_folder)
+        _refuse({"--part": part, "--coordinates": coordinates}, "files of polygons")
+        _refuse({} if floor_plan else for_cells, "floor plans", "add --floor-plan")
+        grid = _grid(map, size, resolution, seed, outside_folder)
+    if polygons or floor_plan:
+        from conav.cli.floor_plan import reading_of, show_floor_plan
+        from conav.maps.load_floor_plan import load_floor_plan
+        from conav.maps.polygonise import polygonise
+
+        reading = reading_of(
+            part, coordinates, evader_radius, unknown, tolerance, outside=outside, at=at
+        )
+        plan = load_floor_plan(map, reading) if polygons else polygonise(grid, reading.cells)
+        show_floor_plan(plan, out, png, json=json)
+        return 0
     facts = _facts(grid, cell, radius, outside)
     if out is not None:
         from conav.maps.ros_map_server import write_ros_map
@@ -85,6 +131,29 @@ def maps(
     else:
         _print_facts(facts)
     return 0
+
+
+def _refuse(options: Mapping[str, object], what_for: str, remedy: str = "leave it out") -> None:
+    """Raises `InputError` for the first option that was given."""
+    for option, value in options.items():
+        if value is not None:
+            raise InputError(option, f"is for {what_for}", remedy)
+
+
+def _grid(
+    map: str, size: str | None, resolution: float | None, seed: int, outside_folder: bool
+) -> Any:
+    from conav.maps.builtin.catalogue import BUILTIN, builtin_map
+    from conav.simulation.explore import load_map
+
+    width_m, height_m = parse_size(size)
+    if map in BUILTIN:
+        return builtin_map(
+            map, width_m=width_m, height_m=height_m, resolution=resolution, seed=seed
+        )
+    if size is not None:
+        raise InputError("--size", "is for built-in maps", "leave it out for a file")
+    return load_map(map, resolution=resolution, outside_folder=outside_folder)
 
 
 def parse_size(text: str | None) -> tuple[float | None, float | None]:
@@ -106,8 +175,9 @@ def parse_size(text: str | None) -> tuple[float | None, float | None]:
 
 def _list(png: Path | None, json: bool) -> int:
     from conav.maps.builtin.catalogue import BUILTIN
+    from conav.maps.floor_plans.catalogue import FLOOR_PLANS, builtin_floor_plan
 
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "name": item.name,
             "description": item.description,
@@ -117,8 +187,13 @@ def _list(png: Path | None, json: bool) -> int:
         }
         for item in BUILTIN.values()
     ]
+    plans = [
+        {"name": item.name, "description": item.description, "example": item.example}
+        for item in FLOOR_PLANS.values()
+    ]
     if png is not None:
         from conav.maps.builtin.catalogue import builtin_map
+        from conav.pictures.floor_plan import save_floor_plan
         from conav.pictures.map_picture import save_map
 
         if not png.is_dir():
@@ -126,8 +201,11 @@ def _list(png: Path | None, json: bool) -> int:
         for row in rows:
             row["picture"] = str(png / f"{row['name']}.png")
             save_map(builtin_map(str(row["name"])), Path(str(row["picture"])))
+        for item in plans:
+            item["picture"] = str(png / f"{item['name']}.png")
+            save_floor_plan(builtin_floor_plan(item["example"]), item["picture"], max_pixels=700)
     if json:
-        print(json_module.dumps({"job": "maps", "builtin": rows}))
+        print(json_module.dumps({"job": "maps", "builtin": rows, "floor_plans": plans}))
         return 0
     from conav.maps.builtin.catalogue import builtin_map
     from conav.pictures.map_picture import sketch
@@ -140,6 +218,10 @@ def _list(png: Path | None, json: bool) -> int:
         )
         for line in sketch(builtin_map(str(row["name"])), width=60):
             print(f"    {line}")
+    for item in plans:
+        print(
+            f"{item['name']}: {item['description']}\n  a floor plan, for example {item['example']}"
+        )
     print("explore one: conav explore office --robots 3 --gif office.gif")
     return 0
 

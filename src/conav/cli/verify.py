@@ -18,9 +18,9 @@ def verify(run: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
         Print one JSON object instead of lines.
     """
     from conav.exploration.verify import verify_exploration
-    from conav.runs.reader import read_run
+    from conav.runs.reader import read_exploration
 
-    report = verify_exploration(read_run(run))
+    report = verify_exploration(read_exploration(run))
     if json:
         print(json_module.dumps(report.summary()))
     else:

@@ -11,9 +11,6 @@ import difflib
 import math
 import os
 import re
-import secrets
-from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +30,7 @@ from conav.maps.image import (
     threshold_table,
 )
 from conav.maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from conav.maps.write_whole import write_whole
 
 SAVED_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # what map savers write
 MODES = ("trinary", "scale", "raw")
@@ -162,7 +160,7 @@ def write_ros_map(grid: OccupancyGrid, path: str | Path) -> tuple[Path, Path]:
     shades[list(SAVED_SHADES)] = list(SAVED_SHADES.values())
     pixels = shades[np.flipud(grid.cells)].tobytes()
     header = f"P5\n{grid.cols} {grid.rows}\n255\n".encode("ascii")
-    _write_all({pgm_path: header + pixels, yaml_path: _yaml_text(grid, pgm_path.name)})
+    write_whole({pgm_path: header + pixels, yaml_path: _yaml_text(grid, pgm_path.name)})
     return yaml_path, pgm_path
 
 
@@ -372,27 +370,3 @@ def _float_text(value: float) -> str:
     """The shortest text that reads back as the same float; YAML 1.1 wants a point before the e."""
     text = repr(float(value))
     return text if "." in text else text.replace("e", ".0e")
-
-
-def _write_all(contents: Mapping[Path, bytes]) -> None:
-    """Writes each file beside its target and renames them once all are complete."""
-    token = secrets.token_hex(4)
-    waiting = {path.with_name(f".{token}{path.suffix}.tmp"): path for path in contents}
-    target = next(iter(contents))
-    try:
-        for temporary, target in waiting.items():
-            with temporary.open("xb") as file:
-                file.write(contents[target])
-                file.flush()
-                os.fsync(file.fileno())
-        for temporary, target in waiting.items():
-            os.replace(temporary, target)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            target, f"cannot be written ({reason})", "check that its folder exists and is writable"
-        ) from error
-    finally:
-        for temporary in waiting:
-            with suppress(OSError):
-                temporary.unlink()

@@ -1,0 +1,1 @@
+"""Clearing a floor so that nobody hidden on it can slip away."""
