@@ -15,10 +15,16 @@ if TYPE_CHECKING:
     from conav.errors import InputError
     from conav.exploration.verify import verify_exploration
     from conav.maps.builtin.catalogue import builtin_map
+    from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.occupancy_grid import OccupancyGrid
+    from conav.maps.polygon_map import PolygonMap
+    from conav.maps.polygonise import polygonise
+    from conav.maps.read_floor_plan import read_floor_plan
     from conav.maps.read_map import read_map
     from conav.maps.ros_map_server import write_ros_map
+    from conav.maps.write_floor_plan import write_floor_plan
     from conav.pictures.animation import save_animation
+    from conav.pictures.floor_plan import save_floor_plan
     from conav.pictures.plan_animation import save_plan_animation
     from conav.pictures.plan_picture import save_plan_picture
     from conav.pictures.still import save_still
@@ -37,22 +43,28 @@ _PUBLIC = {
     "PlanningProblem": "conav.planning.types",
     "PlanningResult": "conav.planning.types",
     "PlanningRobot": "conav.planning.types",
+    "PolygonMap": "conav.maps.polygon_map",
     "Region": "conav.planning.types",
     "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
+    "load_floor_plan": "conav.maps.load_floor_plan",
     "load_scene": "conav.planning.load_scene",
     "plan": "conav.planning.plan",
+    "polygonise": "conav.maps.polygonise",
     "read_exploration": "conav.runs.reader",
+    "read_floor_plan": "conav.maps.read_floor_plan",
     "read_map": "conav.maps.read_map",
     "read_plan": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
+    "save_floor_plan": "conav.pictures.floor_plan",
     "save_plan_animation": "conav.pictures.plan_animation",
     "save_plan_picture": "conav.pictures.plan_picture",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
+    "write_floor_plan": "conav.maps.write_floor_plan",
     "write_ros_map": "conav.maps.ros_map_server",
     "write_scene": "conav.planning.scene_writer",
 }
@@ -66,23 +78,29 @@ __all__ = [
     "PlanningProblem",
     "PlanningResult",
     "PlanningRobot",
+    "PolygonMap",
     "Region",
     "Status",
     "__version__",
     "builtin_map",
     "explore",
+    "load_floor_plan",
     "load_scene",
     "plan",
+    "polygonise",
     "read_exploration",
+    "read_floor_plan",
     "read_map",
     "read_plan",
     "read_run",
     "repair_run",
     "save_animation",
+    "save_floor_plan",
     "save_plan_animation",
     "save_plan_picture",
     "save_still",
     "verify_exploration",
+    "write_floor_plan",
     "write_ros_map",
     "write_scene",
 ]

@@ -265,6 +265,45 @@ def test_a_map_with_no_place_for_a_robot_is_still_described(conav: Any) -> None:
     assert conav("maps", "wall.txt").code == 0
 
 
+def test_floor_plans(conav: Any) -> None:
+    outcome = conav("maps", "comb:2", "--json", "--out", "a.geojson", "--png", "a.png")
+    assert outcome.code == 0
+    facts = json.loads(outcome.out)
+    assert (facts["vertices"], facts["reflex_vertices"], facts["holes"]) == (12, 4, 0)
+    assert (facts["area_m2"], facts["bounds"]) == (13.0, [0, 0, 5, 5])
+    assert (facts["written"], facts["picture"]) == (["a.geojson"], "a.png")
+    assert Path("a.png").stat().st_size > 500
+    text = conav("maps", "a.geojson").out
+    assert "12 vertices, 4 of them reflex; no holes" in text
+    assert "floor 13 m2, x 0 to 5 m, y 0 to 5 m: 5 x 5 m" in text
+    names = [item["name"] for item in json.loads(conav("maps", "--json").out)["floor_plans"]]
+    assert {"comb", "spider", "triples", "corridor-tree"} <= set(names)
+
+
+def test_a_floor_plan_of_a_grid(conav: Any) -> None:
+    Path("room.txt").write_text("#####\n#..##\n##..#\n##?##\n")
+    facts = json.loads(conav("maps", "room.txt", "--floor-plan", "--json").out)
+    assert facts["area_m2"] == 5
+    assert "20.0% of the floor are unknown cells" in facts["warnings"][0]
+    walled = conav(
+        *("maps", "room.txt", "--floor-plan", "--unknown", "wall", "--evader-radius", "0.8"),
+        *("--tolerance", "0.8", "--resolution", "1", "--json"),
+    )
+    facts = json.loads(walled.out)
+    assert facts["area_m2"] < 4
+    assert facts["warnings"] == []
+    text = conav("maps", "room.txt", "--floor-plan", "--at", "1.5,2.5", "--out", "room.json").out
+    assert "written: room.json" in text
+    assert "warning: 20.0% of the floor" in text
+
+
+def test_pictures_of_everything_built_in(conav: Any) -> None:
+    Path("all").mkdir()
+    assert conav("maps", "--png", "all").code == 0
+    drawn = {path.stem for path in Path("all").iterdir()}
+    assert {"office", "comb", "triples", "office-loops"} <= drawn
+
+
 def test_maps_round_trip(conav: Any) -> None:
     outcome = conav("maps", "office", "--size", "12x9", "--seed", "4", "--out", "x.yaml", "--json")
     assert outcome.code == 0

@@ -98,6 +98,17 @@ def refused(outcome: Any) -> str:
         (["maps", "--out", "x.yaml"], ["--out", "name a map"]),
         (["maps", "office", "--size", "3"], ["--size 3", "for example 40x25"]),
         (["maps", "office", "--size", "0x5"], ["width must be a positive number"]),
+        # Floor plans
+        (["maps", "comb:x"], ["comb:x", "'x' is no whole number", "write it as comb:6"]),
+        (["maps", "comb:6", "--size", "3x3"], ["--size: is for grid maps", "leave it out"]),
+        (["maps", "comb:6", "--seed", "3"], ["--seed: is for grid maps", "seed=3"]),
+        (["maps", "comb:6", "--floor-plan"], ["--floor-plan: is for grid maps"]),
+        (["maps", "comb:6", "--out", "x.yaml"], ["x.yaml", "end the name in .json or .geojson"]),
+        (["maps", "office", "--tolerance", "1"], ["--tolerance: is for floor plans", "--floor-"]),
+        (["maps", "office", "--part", "1"], ["--part: is for files of polygons"]),
+        (["maps", "office", "--floor-plan", "--at", "1"], ["--at 1", "is not X,Y"]),
+        (["maps", "office", "--floor-plan", "--unknown", "no"], ["unknown", "give free or wall"]),
+        (["maps", "missing.pol"], ["missing.pol", "does not exist"]),
         # Files to read
         (["verify", "missing.mcap"], ["missing.mcap: cannot be read (No such file"]),
         (["verify", "."], [".: cannot be read (Is a directory)"]),
