@@ -272,7 +272,7 @@ def test_optimum_equals_that_of_pymapf(robots):
     assert sum(grid_optimum(problem, max_nodes=200).costs) == expected
 
 
-@pytest.mark.parametrize("robots", [4, 10, 20])
+@pytest.mark.parametrize("robots", [4, 10, 15])
 def test_optimum_equals_that_of_w9_pathfinding(robots):
     envs = pytest.importorskip(
         "w9_pathfinding.envs", reason="w9-pathfinding, an oracle, is not installed"
