@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.games.splitmix64 import draw, unit
 from conav.planning.arranged import Arranged
 from conav.planning.graph import ONE_CHANGE
 from conav.planning.steering import MAX_PIECES, connection
@@ -65,9 +66,8 @@ def edge_costs(arranged: Arranged, component: str) -> NDArray[np.float64]:
     return times[heads] - times[arranged.sources]
 
 
-def make_roads(arranged: Arranged, automaton: Automaton, component: str) -> Roads:
-    """The graph made ready for responses in one cost."""
-    costs = edge_costs(arranged, component)
+def make_roads(arranged: Arranged, automaton: Automaton, costs: NDArray[np.float64]) -> Roads:
+    """The graph made ready for responses in one cost, (edges,) of each edge."""
     remaining = remaining_costs(
         arranged.letters,
         arranged.starts,
@@ -125,6 +125,15 @@ def best_response(
     if len(path) == 0:
         return None
     return Response(arranged.vertices[path], cost, conflicts)
+
+
+@kernel
+def random_costs(lengths: NDArray[np.float64], seed: np.uint64) -> NDArray[np.float64]:
+    """Each length times a random number from 1 to 2: cheapest paths then differ, and wait."""
+    costs = np.empty(len(lengths))
+    for edge in range(len(lengths)):
+        costs[edge] = lengths[edge] * (1.0 + unit(draw(seed, edge)))
+    return costs
 
 
 @kernel

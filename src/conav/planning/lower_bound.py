@@ -61,9 +61,9 @@ def sum_bound(problem: PlanningProblem, lengths: list[float]) -> float:
 
 
 def _distances(task: Task) -> NDArray[np.float64]:
-    return np.array([[region_distance(a, b) for b in task.regions] for a in task.regions]).reshape(
-        len(task.regions), -1
-    )
+    count = len(task.regions)
+    distances = [region_distance(a, b) for a in task.regions for b in task.regions]
+    return np.array(distances).reshape(count, count)
 
 
 def _bits(mask: int) -> list[int]:
