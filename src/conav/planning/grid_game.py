@@ -110,5 +110,26 @@ def grid_equilibrium(problem: GridProblem, seed: int = 0, orders: int = 50) -> G
     )
 
 
+def grid_equilibria(problem: GridProblem, starts: int, seed: int = 0) -> list[GridPlan]:
+    """The equilibria reached from paths chosen in random orders, by increasing sum of costs.
+
+    One for each order that gave paths to all, so their spread is what chance leads to; a better or
+    a worse one may exist.
+    """
+    grid = grid_paths(problem)
+    solo = solo_costs(grid)
+    if solo is None:
+        return []
+    draws = Draws(np.uint64(seed))
+    found: list[GridPlan] = []
+    for _ in range(starts):
+        order = draws.shuffled(range(problem.size))
+        paths = plan_in_order(grid, order)
+        if not isinstance(paths, int):
+            paths = play(grid, paths, draws.shuffled(range(problem.size)))
+            found.append(GridPlan(Status.DONE, "", paths, sum(solo)))
+    return sorted(found, key=lambda plan: sum(plan.costs))
+
+
 def _without(reason: str, status: Status) -> GridPlan:
     return GridPlan(status, reason, (), 0)
