@@ -179,15 +179,15 @@ def check_scalar(team):
 
 def test_optimum_is_that_of_all_choices():
     hard = proved = teams = 0
-    for seed in range(80):
+    for seed in range(50):
         team = small_team(seed, 2 + seed % 2, "vanish" if seed % 5 == 0 else "stay")
         if not few_paths(team, 60 if team.size == 2 else 25):
             continue
         teams += 1
         hard += check_scalar(team)
         proved += conflict_based_search(GraphModel(team, range(team.size)), 3000).proved
-    assert teams > 20
-    assert hard > 8
+    assert teams > 12
+    assert hard > 5
     assert proved >= 0.9 * teams
 
 

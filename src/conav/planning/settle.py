@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from conav.planning.budget import Budget
 from conav.planning.draws import Draws
 from conav.planning.feasibility import Feasibility
@@ -53,7 +51,7 @@ def choose_in_turn(team: Team, order: Sequence[int], whims: Draws | None = None)
     for robot in order:
         team.drop(robot)
     for robot in order:
-        whim = None if whims is None else np.uint64(whims.below(1 << 62))
+        whim = None if whims is None else whims.seed_of_next()
         found = team.best_path(robot, team.everybody(), whim=whim)
         if found is None:
             return False

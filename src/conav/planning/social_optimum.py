@@ -4,9 +4,11 @@ In each iteration every robot's graph grows, and a central solver looks for the 
 all choices of paths. The paper goes through the product of the sets of paths; here it is conflict-
 based search (`conav.planning.graph_optimum`), exact too, which ends when the optimum is proved or
 its nodes are used up. On the final graphs of a team of `joint_robots` at most, a search through the
-product of the graphs follows if need be (`conav.planning.joint_search`). The plan before is on the
-grown graphs as well, so no iteration makes the sum greater. When the search has no answer within its nodes, paths for all are sought as iNash does it,
-and everybody answers until nobody improves: the plan is then an equilibrium and no proved optimum.
+product of the graphs follows if need be (`conav.planning.joint_search`).
+
+The plan before is on the grown graphs as well, so no iteration makes the sum greater. When a search
+has no answer within its nodes, the plan is what iNash's way gave: paths for all, and answers until
+nobody improves. It is then an equilibrium and no proved optimum.
 
 Costs of several components have a set of optima: all sums that none dominates. They are found by
 `conav.planning.joint_search`, on the final graphs alone, for small teams. The plan is then the
