@@ -15,17 +15,17 @@ from conav.status import Status
 
 
 def test_the_best_start_is_an_equilibrium_and_no_start_was_better(scenes):
-    problem = scenes.antipodal(5)
+    problem = scenes.antipodal(6)
     found = plan(problem, "inash-restarts", seed=4, samples=300, starts=12)
     scenes.check(problem, found)
     assert found.status == Status.DONE
-    assert found.epsilon.tolist() == [0.0] * 5
+    assert found.epsilon.tolist() == [0.0] * 6
     sums = [
         sum(row[0] for row in entry["costs"])
         for entry in found.history
         if entry["stage"] in ("start", "last answers", "best start")
     ]
-    assert found.counters["equilibria"] > 4
+    assert found.counters["equilibria"] > 3
     assert len({round(total, 6) for total in sums}) > 1  # starts matter
     assert math.isclose(found.costs.sum(), min(sums), abs_tol=1e-6)
     one = plan(problem, "inash-restarts", seed=4, samples=300, starts=0)
