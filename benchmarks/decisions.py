@@ -29,15 +29,10 @@ from typing import Any
 import numpy as np
 
 import conav
-from conav.exploration import (
-    frontier_targets,
-    frontier_tasks,
-    repeated_auction,
-    sequential_auction,
-    team_assignment,
-)
+from conav.exploration import repeated_auction, team_assignment
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.types import Action, ExplorationProblem, Strategy, TeamView
+from conav.geometry.jump_graph import JumpGraph
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.messages.message import Message
 from conav.simulation import engine as engine_module
@@ -57,9 +52,6 @@ STRATEGIES = (
     "lanes-and-pockets",
 )
 MAPS = ("office", "cave", "maze", "field")
-FIELDS = (frontier_targets, frontier_tasks, repeated_auction, sequential_auction)
-"""Where `fill_distances` is called for costs; its time there counts as that of fields."""
-
 
 now_ns = perf_counter_ns
 
@@ -145,11 +137,8 @@ def play(
         patched.append((where, attribute, getattr(where, attribute)))
         setattr(where, attribute, clock.timed(label, getattr(where, attribute)))
 
-    for module in FIELDS:
-        if hasattr(module, "fill_distances"):
-            patch(module, "fill_distances", "fields")
-    patch(frontier_tasks.GrowingField, "restart", "fields")
-    patch(frontier_tasks.GrowingField, "follow", "fields")
+    for method in ("__init__", "lengths", "length"):
+        patch(JumpGraph, method, "fields")
     patch(team_assignment, "drive_to", "paths")
     patch(repeated_auction, "shortest_path", "paths")
     patch(team_assignment, "choose_nearest", "paths")

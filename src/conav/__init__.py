@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from conav.planning.plan import plan
     from conav.planning.scene_writer import write_scene
     from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
+    from conav.planning.verify import verify_plan
     from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
@@ -64,6 +65,7 @@ _PUBLIC = {
     "save_plan_picture": "conav.pictures.plan_picture",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
+    "verify_plan": "conav.planning.verify",
     "write_floor_plan": "conav.maps.write_floor_plan",
     "write_ros_map": "conav.maps.ros_map_server",
     "write_scene": "conav.planning.scene_writer",
@@ -100,6 +102,7 @@ __all__ = [
     "save_plan_picture",
     "save_still",
     "verify_exploration",
+    "verify_plan",
     "write_floor_plan",
     "write_ros_map",
     "write_scene",

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from conav.experiments.decision_cost import (
     Knowledge,
-    _lower,
     by_kept_numbers,
     by_packed_rows,
     by_squares,
@@ -17,9 +16,8 @@ from conav.experiments.decision_cost import (
     cost_by_range,
     decision_cost,
     knowledge,
-    packed_gains,
-    packed_rows,
 )
+from conav.experiments.decision_kernels import lower, packed_gains, packed_rows
 from conav.experiments.detection_cost import AREAS, detection, detection_by_area, explored_area
 from conav.experiments.timing import fit_power
 from conav.exploration.turn_sequences import BLOCKED
@@ -105,7 +103,7 @@ def test_lowering_keeps_the_numbers_right(s_range: int) -> None:
     pad, width, disc, _ = at.shape
     unknown = np.flatnonzero(at.unknown)[::7]
     left = at.left.copy()
-    _lower(left, unknown.astype(np.uint64), disc)
+    lower(left, unknown.astype(np.uint64), disc)
     now = at.unknown.reshape(-1, width).copy()
     now.flat[unknown] = 0
     places = left.reshape(-1, width)

@@ -9,7 +9,13 @@ import pytest
 
 import conav
 from conav.exploration.belief import TARGET
-from conav.exploration.frontier_targets import Targets, find_targets, path_costs
+from conav.exploration.frontier_targets import (
+    PathsTo,
+    Targets,
+    find_targets,
+    paths_to,
+    paths_to_targets,
+)
 from conav.exploration.nearest import Nearest
 from conav.exploration.types import TeamView
 from conav.geometry.clearance import free_moves
@@ -73,7 +79,14 @@ def made_up(wanted: np.ndarray, moves: np.ndarray, range_m: float) -> Any:
     """A view in which nothing but what targets depend on is real; cells of 1 m."""
     marks = (wanted * TARGET).astype(np.uint8)
     return SimpleNamespace(
-        belief=SimpleNamespace(marks=marks, moves=moves, ground=ground_of(moves)),
+        belief=SimpleNamespace(
+            marks=marks,
+            moves=moves,
+            ground=ground_of(moves),
+            changes=np.zeros((1, 1), np.int64),
+            ways=0,
+            derived={},
+        ),
         body=SimpleNamespace(sensor=SimpleNamespace(range_m=range_m)),
         lattice=SimpleNamespace(cell_m=1.0, cols=wanted.shape[1], rows=wanted.shape[0]),
     )
@@ -211,13 +224,36 @@ def test_a_cost_is_the_length_of_the_path_that_is_driven() -> None:
             assert cost == len(moves) - diagonals + diagonals * SQRT2
 
 
-def test_costs_do_not_depend_on_earlier_searches() -> None:
+def test_costs_do_not_depend_on_what_was_asked_before() -> None:
     view, _, state = explored("office", 20, robots=3, seed=2)
-    cells = find_targets(view, state.cells).cells
-    once = path_costs(view.belief, state.cells, cells)
-    path_costs(view.belief, state.cells[::-1].copy(), cells[:1])
-    assert np.array_equal(path_costs(view.belief, state.cells, cells), once)
-    assert np.array_equal(path_costs(view.belief, state.cells[::-1].copy(), cells), once[::-1])
+    ground, cells = view.belief.ground, find_targets(view, state.cells).cells
+    once = PathsTo(ground, cells).costs(state.cells)
+    paths = PathsTo(ground, cells)
+    last = len(cells) - 1
+    assert paths.cost(int(state.cells[1]), last) == once[1, last]
+    assert np.array_equal(paths.costs(state.cells[::-1].copy()), once[::-1])
+    assert np.array_equal(paths.costs(state.cells), once)
+    assert paths.cost(int(state.cells[0]), 0) == once[0, 0]
+
+
+def test_paths_to_targets_are_kept_until_a_scan_is_heard() -> None:
+    view, _, state = explored("office", 20, robots=3, seed=2)
+    engine = engine_for(state)
+    before = paths_to_targets(view.belief)
+    assert paths_to_targets(view.belief) is before
+    found, which = paths_to(view.belief, before.cells[[2, 0]])
+    assert found is before
+    assert which.tolist() == [2, 0]
+    stood = np.flatnonzero(view.belief.stood)[:2]
+    elsewhere, which = paths_to(view.belief, stood)
+    assert elsewhere is not before
+    assert np.array_equal(elsewhere.cells[which], stood)
+    for _ in range(3):
+        engine.move(state, engine.sense_and_decide(state, []).actions)
+    engine.sense_and_decide(state, [])
+    after = paths_to_targets(state.beliefs[0])
+    assert after is not before
+    assert np.array_equal(after.cells, np.flatnonzero(state.beliefs[0].marks & TARGET))
 
 
 def test_pieces_partition_the_targets() -> None:

@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 
 import conav
 from conav.errors import InputError
-from conav.exploration import frontier_tasks
-from conav.exploration.belief import OPEN, STOOD, TARGET
+from conav.exploration.belief import OPEN, STOOD, TARGET, Belief
 from conav.exploration.catalogue import make_strategy
-from conav.exploration.frontier_tasks import Tasks, distance_fields, find_tasks
+from conav.exploration.frontier_tasks import Tasks, find_tasks
 from conav.exploration.nearest import Nearest
 from conav.exploration.pocket_assignment import assign_tasks, mean_distances
 from conav.exploration.types import TeamView
+from conav.geometry.distance_field import fill_distances
+from conav.geometry.ground import Ground
+from conav.geometry.jump_graph import JumpGraph
 from conav.geometry.sight import segment_is_clear
 from conav.maps.builtin.catalogue import builtin_map
 from conav.maps.occupancy_grid import UNKNOWN
@@ -37,6 +39,14 @@ def explored(steps: int, seed: int = 1, **more) -> WorldState:
         engine.move(state, events.actions)
     engine.sense_and_decide(state, [])
     return state
+
+
+def distance_fields(belief: Belief, starts: np.ndarray) -> np.ndarray:
+    """Path lengths [planning cells] from each start to every cell over known moves, inf if none."""
+    fields = np.empty((len(starts), belief.moves.size))
+    for start, field in zip(starts, fields, strict=True):
+        fill_distances(belief.ground, np.array([start], dtype=np.int64), field)
+    return fields
 
 
 def view_of(state: WorldState) -> TeamView:
@@ -102,7 +112,7 @@ def test_advantage_is_the_mean_distance_from_the_others() -> None:
     state = explored(60)
     view = view_of(state)
     tasks = find_tasks(view, state.cells)
-    found = mean_distances(view, tasks)
+    found = mean_distances(tasks)
     nearest = tasks.costs.argmin(axis=0)
     total = np.zeros(len(tasks))
     for other in range(len(tasks)):
@@ -113,12 +123,8 @@ def test_advantage_is_the_mean_distance_from_the_others() -> None:
 
 
 @pytest.mark.parametrize("radio", ["perfect", 5.0])
-@pytest.mark.parametrize("kept_bytes", [0, 2**15, 2**28])
-def test_what_is_kept_does_not_matter(
-    radio: str | float, kept_bytes: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_kept_does_not_matter(radio: str | float) -> None:
     """Tasks and mean distances in the course of a run against those of a belief without memory."""
-    monkeypatch.setattr(frontier_tasks, "KEPT_BYTES", kept_bytes)
     grid = builtin_map("office", width_m=16, height_m=12, seed=3)
     problem, _ = exploration_problem(grid, robots=3, range_m=3.0, seed=3, radio=radio)
     seen = observable_cells(problem.plan, problem.starts, problem.robots[0].sensor)
@@ -130,17 +136,17 @@ def test_what_is_kept_does_not_matter(
         if step % 4 == 0:
             view = view_of(state)
             forgetful = view._replace(belief=view.belief.copy())
-            kept += len(view.belief.derived.get("fields of tasks", ()))
+            kept += len(view.belief.derived)
             tasks, anew = find_tasks(view, state.cells), find_tasks(forgetful, state.cells)
             for name in ("places", "first", "looks_for"):
                 assert np.array_equal(getattr(tasks, name), getattr(anew, name))
             assert np.array_equal(tasks.costs, anew.costs)
             if len(tasks) > 1:
                 compared += 1
-                assert np.array_equal(mean_distances(view, tasks), mean_distances(forgetful, anew))
+                assert np.array_equal(mean_distances(tasks), mean_distances(anew))
         engine.move(state, events.actions)
     assert compared > 15
-    assert (kept > 0) == (kept_bytes > 0)
+    assert kept > 0
 
 
 def hand_made(costs: list[list[float]]) -> Tasks:
@@ -148,7 +154,8 @@ def hand_made(costs: list[list[float]]) -> Tasks:
     table = np.array(costs, dtype=np.float64)
     n = table.shape[1]
     nearest = np.tile(np.arange(n), (len(table), 1))
-    return Tasks(np.arange(n), np.arange(n + 1), np.arange(n) - 1, table, nearest)
+    paths = JumpGraph(Ground((1, n)), np.arange(n + 1), np.arange(n))
+    return Tasks(np.arange(n), np.arange(n + 1), np.arange(n) - 1, table, nearest, paths)
 
 
 numbers = st.one_of(st.just(float("inf")), st.integers(-5, 20).map(float))

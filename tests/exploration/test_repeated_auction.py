@@ -12,10 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import conav
-from conav.exploration.belief import Belief, new_scratch
-from conav.exploration.catalogue import settings_of
-from conav.exploration.frontier_targets import Targets
-from conav.exploration.repeated_auction import (
+from conav.exploration.auction_protocol import (
     AUCTIONEER,
     BIDDER,
     Auctioneer,
@@ -24,6 +21,11 @@ from conav.exploration.repeated_auction import (
     Bids,
     Call,
     Ended,
+)
+from conav.exploration.belief import Belief, new_scratch
+from conav.exploration.catalogue import settings_of
+from conav.exploration.frontier_targets import Targets
+from conav.exploration.repeated_auction import (
     RepeatedAuction,
     task_cells,
 )

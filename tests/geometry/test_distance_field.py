@@ -15,11 +15,9 @@ from conav.geometry.distance_field import (
     FieldSpace,
     field_buffer,
     fill_distances,
-    nearest_of_groups,
     shortest_path,
 )
 from conav.geometry.ground import Ground
-from conav.geometry.growing_field import GrowingField
 
 
 def lengths(moves: np.ndarray, starts: list[int]) -> np.ndarray:
@@ -140,22 +138,6 @@ def test_the_shared_buffer_leaves_nothing_behind(seed: int) -> None:
             assert np.array_equal(buffer, exact)
 
 
-@settings(max_examples=60, deadline=None)
-@given(seeds)
-def test_nearest_of_groups_by_definition(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    distance = rng.choice([0.0, 1.0, 2.5, np.inf], 30)
-    sizes = rng.integers(1, 6, int(rng.integers(1, 6)))
-    places = rng.integers(0, 30, int(sizes.sum()))
-    first = np.concatenate([[0], np.cumsum(sizes)])
-    costs, nearest = np.empty(len(sizes)), np.empty(len(sizes), dtype=np.int64)
-    nearest_of_groups(distance, first, places, costs, nearest)
-    for j, (one, end) in enumerate(pairwise(first)):
-        group = places[one:end]
-        assert costs[j] == distance[group].min()
-        assert nearest[j] == group[np.argmin(distance[group])]
-
-
 def test_an_early_end_looks_at_less() -> None:
     moves = np.ascontiguousarray(free_moves(np.zeros((200, 200), np.uint8), 200, 200, 1.0, 0.1))
     ground = ground_of(np.ascontiguousarray(moves[:, :, 1]))
@@ -178,42 +160,39 @@ def test_open_ground_hardly_goes_through_the_queue() -> None:
 
 @settings(max_examples=120, deadline=None)
 @given(seeds)
-def test_fields_grow_with_the_ground(seed: int) -> None:
+def test_a_ground_grows_into_what_it_is_made_from_at_once(seed: int) -> None:
     rng = np.random.default_rng(seed)
     moves = room(rng, 14)
     ground = Ground(moves.shape)
     known = np.zeros(moves.size, dtype=bool)
     # Anywhere, or more or less from one end to the other.
     order = np.argsort(np.arange(moves.size) + rng.random(moves.size) * rng.choice([20, 1000]))
-    kept: dict[int, GrowingField] = {}
     for fresh in np.array_split(order, 5):
         known[fresh] = True
         now = part_of(moves, known.reshape(moves.shape))
         ground.update(now)
-        kept[int(rng.choice(np.flatnonzero(known)))] = None
-        for start in kept:
-            kept[start] = kept[start] or GrowingField(ground, start)
-            if rng.random() < 0.7:  # some fall behind
-                assert np.array_equal(kept[start].distance, lengths(now, [start]))
+        at_once = ground_of(now)
+        assert np.array_equal(ground.only, at_once.only)
+        assert np.array_equal(ground.runs, at_once.runs)
+        distance = np.empty(moves.size)
+        fill_distances(ground, order[:1], distance)
+        parts = ground.parts(np.arange(moves.size))
+        assert np.array_equal(parts == parts[order[0]], np.isfinite(distance))
 
 
-def test_growing_touches_what_changed() -> None:
-    """A room is found beside a large one; its cells are all that goes through the queue."""
-    walls = np.zeros((60, 80), np.uint8)
-    walls[:, 60] = 1
-    walls[30, 60] = 0
-    moves = np.ascontiguousarray(free_moves(walls, 60, 80, 1.0, 0.1)[:, :, 1])
-    known = np.zeros((60, 80), dtype=bool)
-    known[:, :60] = True
-    ground = Ground(moves.shape)
-    ground.update(part_of(moves, known))
-    field = GrowingField(ground, 0)
-    before = field.distance.copy()
-    known[28:33] = True
-    ground.update(part_of(moves, known))
-    after = field.distance
-    assert np.array_equal(after, lengths(ground.moves, [0]))
-    assert np.array_equal(after.reshape(60, 80)[:, :60], before.reshape(60, 80)[:, :60])
+@settings(max_examples=60, deadline=None)
+@given(seeds)
+def test_runs_are_as_long_as_nothing_else_follows(seed: int) -> None:
+    ground = ground_of(room(np.random.default_rng(seed), 12))
+    flat = ground.moves.reshape(-1)
+    for k in range(4):
+        step = DROW[k] * ground.moves.shape[1] + DCOL[k]
+        for cell in range(len(flat)):
+            at, count = cell, 1
+            while ground.only[at] >> k & 1 and flat[at] >> k & 1:
+                at, count = at + step, count + 1
+            turns = not ground.only[at] >> k & 1
+            assert ground.runs[k, cell] == (count if turns else -count)
 
 
 def test_a_copy_of_a_ground_goes_its_own_way() -> None:
@@ -224,6 +203,9 @@ def test_a_copy_of_a_ground_goes_its_own_way() -> None:
     assert not copy.moves.any()
     copy.update(moves)
     assert np.array_equal(copy.only, ground.only)
+    assert np.array_equal(copy.runs, ground.runs)
+    everywhere = np.arange(moves.size)
+    assert np.array_equal(copy.parts(everywhere), ground.parts(everywhere))
 
 
 def test_a_queue_that_is_too_short_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -242,10 +224,8 @@ def test_a_queue_that_is_too_short_is_replaced(monkeypatch: pytest.MonkeyPatch) 
                 lambda n, m, s=spaces: s.append(FieldSpace(n, m)) or s[-1],
             )
             fill_distances(ground_of(moves), np.array([0]), distance)
-            field = GrowingField(ground_of(moves), 0)
         assert len(spaces) > 1
         assert np.array_equal(distance, lengths(moves, [0]))
-        assert np.array_equal(field.distance, distance)
 
 
 @settings(max_examples=150, deadline=None)

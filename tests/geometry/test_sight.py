@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from conav.exploration import verify_geometry
+from conav.exploration import verify_sight
 from conav.geometry.sight import (
     disc_cells,
     lateral_limits,
@@ -76,7 +76,7 @@ def test_all_ways_to_sight_agree(grid: tuple[np.ndarray, int, int]) -> None:
     cells[r, c] = 0
     seen = view(cells, r, c, 30.0)
     nothing, marks = np.zeros_like(cells), np.zeros_like(cells)
-    missed, fresh = verify_geometry.look_around(
+    missed, fresh = verify_sight.look_around(
         cells, nothing, 1, nothing, marks, 4, nothing + 1, r, c, 900.0, True
     )
     assert set(np.flatnonzero(marks == 4).tolist()) == seen
@@ -88,9 +88,9 @@ def test_all_ways_to_sight_agree(grid: tuple[np.ndarray, int, int]) -> None:
             shown = r2 * cells.shape[1] + c2 in seen
             if cells[r2, c2] == 0:
                 assert segment_is_clear(cells, r, c, r2, c2) == shown
-                assert verify_geometry.free_cell_seen(cells, r, c, r2, c2) == shown
+                assert verify_sight.free_cell_seen(cells, r, c, r2, c2) == shown
             else:
-                assert verify_geometry.wall_seen(cells, r, c, r2, c2) == shown
+                assert verify_sight.wall_seen(cells, r, c, r2, c2) == shown
 
 
 @settings(max_examples=60, deadline=None)

@@ -16,7 +16,7 @@ from conav.maps.planning_grid import (
     default_start_area,
     planning_grid,
 )
-from conav.simulation.traffic import moves_conflict
+from conav.simulation.pibt import moves_conflict
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Scenes several tests plan in (the fixture `scenes`), and a plan made by hand."""
+"""A plan made by hand, and scenes for solvers: the fixture `scenes` has a function for each."""
 
 import math
 from dataclasses import replace
@@ -165,8 +165,8 @@ def check(problem: PlanningProblem, result: PlanningResult) -> None:
         assert np.hypot(vx, vy).max() <= robot.speed_mps * (1 + 1e-9)
         length = float((np.hypot(vx, vy) * (t1 - t0)).sum())
         by_name = {"length": length, "duration": t1[-1]}
-        for component, paid in zip(problem.costs, costs, strict=True):
-            assert math.isclose(paid, by_name[component], abs_tol=1e-9)
+        for component, cost in zip(problem.costs, costs, strict=True):
+            assert math.isclose(cost, by_name[component], abs_tol=1e-9)
         for row in pieces:
             end = row[2:4] + row[4:6] * (row[1] - row[0])
             way = shapely.LineString([row[2:4], end])

@@ -43,7 +43,7 @@ def test_walls_that_touch_in_a_point_are_joined() -> None:
 def test_a_wall_that_touches_the_outline_in_a_point_is_joined_to_it() -> None:
     diamond = [(1, 3), (2, 2), (3, 3), (2, 4)]
     for turn in range(4):
-        wall = np.array(diamond, dtype=np.float64) + (-1, 2)
+        wall = np.array(diamond, dtype=np.float64) + np.array([-1.0, 2.0])
         wall = wall - 4
         for _ in range(turn):
             wall = np.column_stack([-wall[:, 1], wall[:, 0]])

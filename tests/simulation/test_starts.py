@@ -13,8 +13,8 @@ from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.planning_grid import PlanningGrid, default_start_area, planning_grid
 from conav.robots.robot import Robot
 from conav.simulation.explore import exploration_problem
+from conav.simulation.pibt import MIN_GAP
 from conav.simulation.starts import nearest_standable, start_together, starts_at
-from conav.simulation.traffic import MIN_GAP
 
 
 def team(n: int, radius: float = 0.1) -> tuple[Robot, ...]:

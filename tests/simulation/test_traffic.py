@@ -15,7 +15,8 @@ from conav.maps.ascii_art import ascii_starts, parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.maps.planning_grid import planning_grid
 from conav.robots.motion import MOTIONS
-from conav.simulation.traffic import MIN_GAP, MOVED, TURNED, moves_conflict, resolve
+from conav.simulation.pibt import MIN_GAP, moves_conflict
+from conav.simulation.traffic import MOVED, TURNED, resolve
 
 Place = tuple[int, int]
 

@@ -129,6 +129,7 @@ def test_repeated_letters_change_nothing_without_next(
 ) -> None:
     formula = data.draw(formulas("ab"))
     task = automaton_of(formula, LETTERS)
+    assert task.stutter_invariant
     after = task.transition
     for letter in range(len(LETTERS)):
         once = after[:, letter]
@@ -140,6 +141,8 @@ def test_repeated_letters_change_nothing_without_next(
 
 def test_next_does_count_letters() -> None:
     task = of("X a")
+    assert not task.stutter_invariant
+    assert of("X a | !X a").stutter_invariant  # where X says nothing
     assert not task.accepts([{"a"}])
     assert task.accepts([{"a"}, {"a"}])
 

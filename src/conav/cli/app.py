@@ -11,6 +11,7 @@ from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
 from conav.cli.scenes import scenes
 from conav.cli.schema import schema
+from conav.cli.task import task
 from conav.cli.verify import verify
 
 app = App(
@@ -24,6 +25,7 @@ app.command(plan)
 app.command(compare)
 app.command(maps)
 app.command(scenes)
+app.command(task)
 app.command(verify)
 app.command(repair)
 app.command(reproduce)

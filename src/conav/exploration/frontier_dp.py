@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,9 +129,18 @@ def look_around(memory: ViewMemory, view: TeamView, positions: NDArray[np.int32]
             int(lattice.fine_row[row]),
             int(lattice.fine_col[col]),
             *space,
+            _rings(len(space.limits) - 1),
             memory.seen,
             memory.there,
         )
+
+
+@lru_cache(maxsize=8)
+def _rings(reach: int) -> NDArray[np.int64]:
+    """The ring of each cell of a quarter disc, by rows and columns from its centre [fine cells]."""
+    away = np.arange(reach + 1)
+    distance = np.sqrt(away[:, np.newaxis] ** 2 + away**2) / max(reach, 1) * RINGS
+    return np.minimum(distance.astype(np.int64), RINGS - 1)
 
 
 @kernel
@@ -145,25 +154,20 @@ def _count_rings(
     highs: NDArray[np.float64],
     out: NDArray[np.int32],
     stamps: NDArray[np.int32],
+    ring_of: NDArray[np.int64],
     seen: NDArray[np.int64],
     there: NDArray[np.int64],
 ) -> None:
     cols = cells.shape[1]
-    rings = seen.shape[0]
-    reach = max(limits.shape[0] - 1, 1)
     count = disc_cells(cells, row, col, limits, out)
     for i in range(count):
-        r = out[i] // cols - row
-        c = out[i] % cols - col
-        there[min(int(np.sqrt(r * r + c * c) / reach * rings), rings - 1)] += 1
+        there[ring_of[abs(out[i] // cols - row), abs(out[i] % cols - col)]] += 1
     if occlusion:
         count = visible_cells(cells, row, col, limits, lows, highs, out)
     stamp = stamps[stamps.shape[0] - 1] + 1
     stamps[stamps.shape[0] - 1] = stamp
     for i in range(count):
         cell = out[i]
-        r = cell // cols - row
-        c = cell % cols - col
         if stamps[cell] != stamp and cells[cell // cols, cell % cols] != UNKNOWN:
             stamps[cell] = stamp
-            seen[min(int(np.sqrt(r * r + c * c) / reach * rings), rings - 1)] += 1
+            seen[ring_of[abs(cell // cols - row), abs(cell % cols - col)]] += 1

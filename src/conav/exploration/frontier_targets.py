@@ -6,6 +6,7 @@ may work at two ends of it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.exploration.belief import TARGET, Belief
 from conav.exploration.types import TeamView
-from conav.geometry.distance_field import field_buffer, fill_distances
+from conav.geometry.ground import Ground
+from conav.geometry.jump_graph import JumpGraph
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +44,12 @@ class Targets:
 def find_targets(view: TeamView, positions: NDArray[np.int32]) -> Targets:
     """The targets this robot knows of, with the costs for robots at these planning cells."""
     cells, piece, n_pieces = find_pieces(view)
-    return Targets(cells, piece, n_pieces, path_costs(view.belief, positions, cells))
+    return Targets(cells, piece, n_pieces, paths_to_targets(view.belief).costs(positions))
 
 
 def find_pieces(view: TeamView) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
     """The targets this robot knows of, flat and ascending, the piece of each, and how many."""
-    cells = np.flatnonzero(view.belief.marks & TARGET)
+    cells = paths_to_targets(view.belief).cells
     length = max(int(view.body.sensor.range_m / view.lattice.cell_m), 1)
     piece, n_pieces = cut_into_pieces(cells, view.lattice.cols, length)
     return cells, piece, n_pieces
@@ -117,25 +119,56 @@ def _join(piece: NDArray[np.int64], one: int, other: int) -> None:
         piece[one] = other
 
 
-def path_costs(
-    belief: Belief, positions: NDArray[np.int32], cells: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Path lengths [planning cells] from positions to cells over known moves, inf where none is."""
-    ground = belief.ground
-    distance = field_buffer(ground.moves.size)
-    costs = np.full((len(positions), len(cells)), np.inf)
-    reached: list[NDArray[np.bool_]] = []  # cells, for each part of the map somebody is in
-    for robot, start in enumerate(positions.astype(np.int64)):
-        # Whoever can be reached can reach the same.
-        known = next((i for i, area in enumerate(reached) if area[start]), -1)
-        if known < 0:
-            fill_distances(ground, np.array([start]), distance)
-            reached.append(np.isfinite(distance))
-            costs[robot] = distance[cells]
-            continue
-        able = reached[known][cells]
-        wanted = cells[able]
-        if len(wanted):
-            fill_distances(ground, np.array([start]), distance, np.arange(len(wanted) + 1), wanted)
-            costs[robot, able] = distance[wanted]
-    return costs
+class PathsTo:
+    """Path lengths over known moves to some planning cells, from wherever they are asked for.
+
+    What was asked for is kept; it holds as long as the ground and the cells do.
+    """
+
+    def __init__(self, ground: Ground, cells: NDArray[np.int64]) -> None:
+        self.cells = cells  # (n_cells,) flat, ascending
+        self._ground = ground
+        self._rows: dict[int, NDArray[np.float64]] = {}
+
+    @cached_property
+    def _graph(self) -> JumpGraph:
+        return JumpGraph(self._ground, np.arange(len(self.cells) + 1), self.cells)
+
+    def costs(self, positions: NDArray[np.int32]) -> NDArray[np.float64]:
+        """From each position to each cell [planning cells], inf where no path leads."""
+        found = np.empty((len(positions), len(self.cells)))
+        for row, start in zip(found, positions.tolist(), strict=True):
+            if start not in self._rows:
+                self._rows[start] = self._graph.lengths(np.array([start]))[0][0]
+            row[:] = self._rows[start]
+        return found
+
+    def cost(self, start: int, index: int) -> float:
+        """From one planning cell to `cells[index]`."""
+        row = self._rows.get(start)
+        return self._graph.length(start, index) if row is None else float(row[index])
+
+
+def paths_to_targets(belief: Belief) -> PathsTo:
+    """Paths to all cells with frontier that nobody has scanned from, kept until a scan is heard."""
+    now = (int(belief.changes.sum()), belief.ways)
+    kept: tuple[tuple[int, int], PathsTo] | None = belief.derived.get("paths to targets")
+    if kept is None or kept[0] != now:
+        kept = now, PathsTo(belief.ground, np.flatnonzero((belief.marks & TARGET) != 0))
+        belief.derived["paths to targets"] = kept
+    return kept[1]
+
+
+def paths_to(belief: Belief, cells: NDArray[np.int64]) -> tuple[PathsTo, NDArray[np.int64]]:
+    """Paths to some planning cells, and which of their cells these are.
+
+    Where all are targets, they are those to the targets.
+    """
+    paths = paths_to_targets(belief)
+    which = np.searchsorted(paths.cells, cells)
+    if len(cells) and (
+        which.max() == len(paths.cells) or not np.array_equal(paths.cells[which], cells)
+    ):
+        paths = PathsTo(belief.ground, np.unique(cells))
+        which = np.searchsorted(paths.cells, cells)
+    return paths, which

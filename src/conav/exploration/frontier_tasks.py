@@ -7,7 +7,6 @@ which a pocket may be looked into are the cells that it can see, with everything
 clear.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +17,9 @@ from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
 from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
-from conav.geometry.distance_field import (
-    field_buffer,
-    fill_distances,
-    nearest_of_groups,
-)
-from conav.geometry.growing_field import GrowingField
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.ground import Ground
+from conav.geometry.jump_graph import JumpGraph
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import SightSpace, sight_space
 
 
@@ -41,60 +36,10 @@ class Tasks:
     looks_for: NDArray[np.int64]  # (n_tasks,)
     costs: NDArray[np.float64]  # (n_robots, n_tasks) to the nearest place [planning cells], inf
     nearest: NDArray[np.int64]  # (n_robots, n_tasks) that place, of equals the first
+    paths: JumpGraph  # to the places
 
     def __len__(self) -> int:
         return len(self.looks_for)
-
-
-KEPT_BYTES = 2**28
-"""Fields from the places of tasks are kept, from one assignment to the next, up to this size."""
-
-
-def costs_between(belief: Belief, tasks: Tasks, starts: Sequence[int]) -> NDArray[np.float64]:
-    """Path lengths from planning cells to the nearest place of each task, (n_starts, n_tasks).
-
-    Made for places of tasks: most are asked for again at the next assignment, when the map has
-    grown a little, so their fields are kept and grow with it.
-    """
-    before: dict[int, GrowingField] = belief.derived.get("fields of tasks", {})
-    after: dict[int, GrowingField] = {}
-    wanted = set(starts)
-    room = KEPT_BYTES // GrowingField.bytes_of(belief.ground) - len(before)
-    spare = [field for start, field in before.items() if start not in wanted]
-    costs = np.empty((len(starts), len(tasks)))
-    nearest = np.empty(len(tasks), dtype=np.int64)
-    for row, start in zip(costs, starts, strict=True):
-        field = after.get(start) or before.get(start)
-        if field is None and spare:
-            field = spare.pop()
-            field.restart(start)
-        elif field is None and room > 0:
-            room -= 1
-            field = GrowingField(belief.ground, start)
-        if field is None:
-            distance = _to_tasks(belief, start, tasks)
-        else:
-            after[start] = field
-            distance = field.distance
-        nearest_of_groups(distance, tasks.first, tasks.places, row, nearest)
-    belief.derived["fields of tasks"] = after
-    return costs
-
-
-def _to_tasks(belief: Belief, start: int, tasks: Tasks) -> NDArray[np.float64]:
-    """Path lengths from a planning cell, exact as far as the nearest place of every task."""
-    distance = field_buffer(belief.moves.size)
-    here = np.array([start], dtype=np.int64)
-    fill_distances(belief.ground, here, distance, tasks.first, tasks.places)
-    return distance
-
-
-def distance_fields(belief: Belief, starts: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Path lengths [planning cells] from each start to every cell over known moves, inf if none."""
-    fields = np.empty((len(starts), belief.moves.size))
-    for start, field in zip(starts, fields, strict=True):
-        fill_distances(belief.ground, np.array([start], dtype=np.int64), field)
-    return fields
 
 
 def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
@@ -102,47 +47,33 @@ def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
     belief = view.belief
     lattice = view.lattice
     marks = belief.marks.reshape(-1)
-    reach, fields = _reach(belief, positions)
-    wanted = (marks & TARGET != 0) & reach
-    targets = np.flatnonzero(wanted)
+    targets = np.flatnonzero((marks & TARGET) != 0)
+    # Whoever can be reached can reach the same.
+    inside = np.unique(belief.ground.parts(positions.astype(np.int64)))
+    targets = targets[_within(belief.ground, inside, targets)]
     length = max(int(view.body.sensor.range_m / lattice.cell_m), 1)
     piece, n_pieces = cut_into_pieces(targets, lattice.cols, length)
     order = np.argsort(piece, kind="stable")
     parts = [targets[order]]
     sizes = np.bincount(piece, minlength=n_pieces).tolist() if n_pieces else []
     looks_for = [-1] * n_pieces
-    for cell, around in _pockets(view, wanted.reshape(belief.marks.shape), reach):
+    for cell, around in _pockets(view, targets, inside):
         parts.append(around)
         sizes.append(len(around))
         looks_for.append(cell)
-    shape = (len(positions), len(sizes))
-    tasks = Tasks(
-        np.concatenate(parts),
-        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
-        np.array(looks_for, dtype=np.int64),
-        np.full(shape, np.inf),
-        np.full(shape, -1, dtype=np.int64),
-    )
-    if len(tasks):
-        for robot, start in enumerate(positions.tolist()):
-            distance = fields[robot] if robot in fields else _to_tasks(belief, start, tasks)
-            of_robot = (tasks.costs[robot], tasks.nearest[robot])
-            nearest_of_groups(distance, tasks.first, tasks.places, *of_robot)
-    return tasks
+    places = np.concatenate(parts)
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    paths = JumpGraph(belief.ground, first, places)
+    costs, nearest = paths.lengths(positions.astype(np.int64))
+    return Tasks(places, first, np.array(looks_for, dtype=np.int64), costs, nearest, paths)
 
 
-def _reach(
-    belief: Belief, positions: NDArray[np.int32]
-) -> tuple[NDArray[np.bool_], dict[int, NDArray[np.float64]]]:
-    """Which cells any robot can reach, and the fields of the robots that were asked for it."""
-    reach = np.zeros(belief.moves.size, dtype=np.bool_)
-    fields: dict[int, NDArray[np.float64]] = {}
-    for robot, start in enumerate(positions.tolist()):
-        # Whoever can be reached can reach the same.
-        if not reach[start]:
-            fields[robot] = distance_fields(belief, np.array([start]))[0]
-            reach |= np.isfinite(fields[robot])
-    return reach, fields
+def _within(
+    ground: Ground, inside: NDArray[np.int32], cells: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Which of some planning cells lie in the parts of a ground that robots are in."""
+    parts = ground.parts(cells)
+    return parts == inside[0] if len(inside) == 1 else np.isin(parts, inside)
 
 
 Views = dict[int, tuple[int, NDArray[np.int64]]]
@@ -150,13 +81,15 @@ Views = dict[int, tuple[int, NDArray[np.int64]]]
 
 
 def _pockets(
-    view: TeamView, wanted: NDArray[np.bool_], reach: NDArray[np.bool_]
+    view: TeamView, targets: NDArray[np.int64], inside: NDArray[np.int32]
 ) -> list[tuple[int, NDArray[np.int64]]]:
     """An unknown fine cell of each pocket, and the places in reach that may see it."""
     belief = view.belief
     lattice = view.lattice
     sensor = view.body.sensor
     hidden = unknown_beside_frontier(belief)
+    wanted = np.zeros(belief.marks.shape, dtype=np.bool_)
+    wanted.reshape(-1)[targets] = True
     alone = np.empty(len(hidden), dtype=np.bool_)
     _stand_alone(hidden, wanted, lattice.row_of, lattice.col_of, alone)
     hidden = hidden[alone]
@@ -178,7 +111,7 @@ def _pockets(
             if kept is None or kept[0] != changes:
                 kept = changes, _look_back(view, cell, space)
             after[cell] = kept
-            around = kept[1][reach[kept[1]]]
+            around = kept[1][_within(belief.ground, inside, kept[1])]
             if len(around):
                 found.append((cell, around))
                 break
@@ -262,10 +195,7 @@ def _places_that_see(
     rows, cols = marks.shape
     r = hidden // fine_cols
     c = hidden % fine_cols
-    if occlusion:
-        count = visible_cells(cells, r, c, limits, lows, highs, out)
-    else:
-        count = disc_cells(cells, r, c, limits, out)
+    count = cells_in_sight(cells, r, c, occlusion, limits, lows, highs, out)
     stamp = stamps[stamps.shape[0] - 1] + 1
     stamps[stamps.shape[0] - 1] = stamp
     found = 0

@@ -29,7 +29,7 @@ from conav.exploration.turn_sequences import (
 )
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import DCOL, DROW, STRAIGHT
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN
 from conav.messages.message import Message
@@ -274,10 +274,9 @@ def _collect(
                 continue
             if cells[fine_row[r], fine_col[c]] == OCCUPIED:
                 continue
-            if occlusion:
-                count = visible_cells(cells, fine_row[r], fine_col[c], limits, lows, highs, out)
-            else:
-                count = disc_cells(cells, fine_row[r], fine_col[c], limits, out)
+            count = cells_in_sight(
+                cells, fine_row[r], fine_col[c], occlusion, limits, lows, highs, out
+            )
             for i in range(count):
                 cell = out[i]
                 if (

@@ -162,7 +162,7 @@ def by_field(belief: Belief, start: int, goals: NDArray[np.uint8], mask: int) ->
     """The route of `shortest_path`; several times faster, and of equal paths often another one."""
     if not _may_be_reached(goals, mask, belief.moves, start):
         return NO_ROUTE
-    cells = np.flatnonzero(goals & mask)
+    cells = np.flatnonzero((goals & mask) != 0)
     distance = field_buffer(belief.moves.size)
     one_group = np.array([0, len(cells)])
     fill_distances(belief.ground, np.array([start]), distance, one_group, cells)

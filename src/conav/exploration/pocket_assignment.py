@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from conav.exploration.frontier_tasks import Tasks, costs_between, find_tasks
+from conav.exploration.frontier_tasks import Tasks, find_tasks
 from conav.exploration.team_assignment import Order, TeamMemory, planned_step
 from conav.exploration.types import Action, TeamView
 from conav.messages.message import Message
@@ -63,19 +63,20 @@ def plan_pockets(advantage: float, view: TeamView, positions: NDArray[np.int32])
     tasks = find_tasks(view, positions)
     costs = tasks.costs
     if advantage > 0 and len(tasks) > 1:
-        costs = costs - advantage * mean_distances(view, tasks)
+        costs = costs - advantage * mean_distances(tasks)
     return assign_tasks(tasks, costs)
 
 
-def mean_distances(view: TeamView, tasks: Tasks) -> NDArray[np.float64]:
+def mean_distances(tasks: Tasks) -> NDArray[np.float64]:
     """Each task's mean path length [planning cells] from the other tasks, (n_tasks,).
 
     Measured from the place of the other task that is nearest to any robot; what cannot be reached
     from there counts 0.
     """
     robots = tasks.costs.argmin(axis=0)
-    places = tasks.nearest[robots, np.arange(len(tasks))].tolist()
-    between = costs_between(view.belief, tasks, places)
+    nearest = tasks.nearest[robots, np.arange(len(tasks))]
+    places, which = np.unique(nearest, return_inverse=True)
+    between = tasks.paths.lengths(places)[0][which]
     return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
 
 

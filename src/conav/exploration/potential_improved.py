@@ -34,7 +34,7 @@ from conav.exploration.turn_sequences import (
 )
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import DCOL, DROW
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN
 from conav.messages.message import Message
@@ -233,10 +233,7 @@ def _own_set(
     Writes the first two to the rows of `lists` and brings `state` up to date.
     """
     cols = cells.shape[1]
-    if occlusion:
-        count = visible_cells(cells, row, col, limits, lows, highs, out)
-    else:
-        count = disc_cells(cells, row, col, limits, out)
+    count = cells_in_sight(cells, row, col, occlusion, limits, lows, highs, out)
     added = 0
     left_out = 0
     taken = 0

@@ -1,8 +1,9 @@
 """Exploration by repeated auctions: Nanjanath and Gini (RAS 2010).
 
 Rules of this file:
-- Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER`. A message
-  that has no row, or does not belong to the auction at hand, changes nothing.
+- Whatever changes a robot's state in the protocol is a row of `BIDDER` or `AUCTIONEER` in
+  `auction_protocol`. A message that has no row, or does not belong to the auction at hand, changes
+  nothing.
 - An auction is over within a step: task ended -> call -> bids -> awards, four message rounds at
   most. A step that begins finds every robot at the head of its table. Where messages take time each
   round takes that; a robot goes back to the head when what it waits for is overdue.
@@ -10,111 +11,30 @@ Rules of this file:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conav.exploration.belief import TARGET
-from conav.exploration.frontier_targets import find_pieces, path_costs
+from conav.exploration.auction_protocol import (
+    AUCTIONEER,
+    BIDDER,
+    NO_CALL,
+    Auctioneer,
+    Award,
+    Bidder,
+    Bids,
+    Call,
+    Ended,
+)
+from conav.exploration.frontier_targets import find_pieces, paths_to, paths_to_targets
 from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, keeps_goal
 from conav.exploration.sequential_auction import TaskPaths, sequential_auctions
 from conav.exploration.standstill import Standstill
 from conav.exploration.types import Action, TeamView
 from conav.geometry.directions import STAY
-from conav.geometry.distance_field import field_buffer, fill_distances, shortest_path
+from conav.geometry.distance_field import shortest_path
 from conav.messages.message import Message
-
-# --- what is said ---------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Ended:
-    """A robot tells its auctioneer that its task was completed, delayed or failed."""
-
-    @property
-    def size_bytes(self) -> int:
-        """Nothing but the header: which tasks are left is in the map both hold."""
-        return 0
-
-
-@dataclass(frozen=True)
-class Call:
-    """An auctioneer puts up tasks, in the order in which it numbers them."""
-
-    auction: int  # the step it is held in
-    tasks: tuple[int, ...]  # planning cells
-
-    @property
-    def size_bytes(self) -> int:
-        """The auction 4, and 4 per task [bytes]."""
-        return 4 + 4 * len(self.tasks)
-
-
-@dataclass(frozen=True)
-class Bids:
-    """A robot's path cost to each task from where it stands."""
-
-    auction: int
-    costs: tuple[float, ...]  # [planning cells] per task, inf where it cannot get there
-
-    @property
-    def size_bytes(self) -> int:
-        """The auction 4, and 8 per task [bytes]."""
-        return 4 + 8 * len(self.costs)
-
-
-@dataclass(frozen=True)
-class Award:
-    """What a robot has won, in the order in which it is to be done."""
-
-    auction: int
-    tasks: tuple[int, ...]
-
-    @property
-    def size_bytes(self) -> int:
-        """The auction 4, and 4 per task [bytes]."""
-        return 4 + 4 * len(self.tasks)
-
-
-NO_CALL = Call(-1, ())
-"""Before the first."""
-
-
-# --- who may do what when -------------------------------------------------------------------------
-
-
-class Bidder(Enum):
-    """A robot that has tasks done."""
-
-    AT_WORK = "at work"
-    ASKED = "asked for an auction"
-    BIDDING = "waits for an award"
-    AWARDED = "has got its award"
-
-
-class Auctioneer(Enum):
-    """A robot that holds auctions for those that hear no lower number."""
-
-    READY = "no auction in this step yet"
-    OPEN = "waits for bids"
-    CLOSED = "has awarded"
-
-
-BIDDER: dict[tuple[Bidder, type], Bidder] = {
-    (Bidder.AT_WORK, Ended): Bidder.ASKED,  # says it
-    (Bidder.AT_WORK, Call): Bidder.BIDDING,  # hears it, and answers with Bids
-    (Bidder.ASKED, Call): Bidder.BIDDING,
-    (Bidder.BIDDING, Award): Bidder.AWARDED,  # hears it, and begins with the first task
-}
-AUCTIONEER: dict[tuple[Auctioneer, type], Auctioneer] = {
-    (Auctioneer.READY, Ended): Auctioneer.OPEN,  # hears it, or its own task ended; says Call
-    (Auctioneer.OPEN, Bids): Auctioneer.CLOSED,  # hears them all at once; says Award to each
-}
-
-
-# --- the strategy ---------------------------------------------------------------------------------
 
 
 def task_cells(
@@ -299,9 +219,8 @@ def _open(memory: AuctionMemory, view: TeamView) -> list[Message]:
     memory.auctioneer = following
     heard = _heard(view)
     cells, piece, n_pieces = find_pieces(view)
-    distance = field_buffer(view.belief.moves.size)
-    fill_distances(view.belief.ground, view.heard_cell[list(heard)].astype(np.int64), distance)
-    tasks = tuple(task_cells(cells, piece, n_pieces, distance[cells]).tolist())
+    nearest = paths_to_targets(view.belief).costs(view.heard_cell[list(heard)]).min(axis=0)
+    tasks = tuple(task_cells(cells, piece, n_pieces, nearest).tolist())
     memory.call = Call(view.step, tasks)
     if _lowest_heard(view) == view.robot:
         _set_costs(memory, view, memory.call)
@@ -331,7 +250,8 @@ def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
     tasks = np.array(call.tasks, dtype=np.int64)
     here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    costs = path_costs(view.belief, here, tasks)[0]
+    paths, which = paths_to(view.belief, tasks)
+    costs = paths.costs(here)[0, which]
     memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
 
 
@@ -411,7 +331,7 @@ def _waits(memory: AuctionMemory, view: TeamView) -> bool:
 
 
 def _any_target(view: TeamView) -> bool:
-    return bool((view.belief.marks & TARGET).any())
+    return len(paths_to_targets(view.belief).cells) > 0
 
 
 def _heard(view: TeamView) -> tuple[int, ...]:

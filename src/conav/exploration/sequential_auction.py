@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.exploration.belief import Belief
+from conav.exploration.frontier_targets import paths_to
 from conav.geometry.directions import DCOL, DROW, SQRT2
-from conav.geometry.distance_field import field_buffer, fill_distances
 
 Between = Callable[[int, int], float]
 """The path cost from one task to another, by their indices."""
 
 _ROUNDING = 1e-9
-_ONE_GROUP = np.array([0, 1])
 
 
 def sequential_auctions(
@@ -62,7 +61,7 @@ def sequential_auctions(
             end = ends[bidder]
             if end < 0:
                 bid = bound
-            elif lowest < inf and _triangle(costs, can, end, task) > lowest + _ROUNDING:
+            elif lowest < inf and _triangle(rows, end, task) > lowest + _ROUNDING:
                 continue
             else:
                 bid = between(end, task)
@@ -73,10 +72,12 @@ def sequential_auctions(
     return awards
 
 
-def _triangle(costs: NDArray[np.float64], can: NDArray[np.bool_], one: int, other: int) -> float:
+def _triangle(rows: list[list[float]], one: int, other: int) -> float:
     """A lower bound of the path cost between two tasks, by the triangle inequality."""
-    both = can[:, one] & can[:, other]
-    return float(np.abs(costs[both, one] - costs[both, other]).max(initial=0.0))
+    return max(
+        (abs(row[one] - row[other]) for row in rows if row[one] < inf and row[other] < inf),
+        default=0.0,
+    )
 
 
 class TaskPaths:
@@ -87,7 +88,7 @@ class TaskPaths:
         self._tasks = tasks
         self.least = _empty_grid_costs(tasks, belief.moves.shape[1])
         """The path costs (n_tasks, n_tasks) if nothing were in the way: lower bounds."""
-        self._distance = field_buffer(belief.moves.size)
+        self._paths, self._which = paths_to(belief, np.array(tasks, dtype=np.int64))
 
     def between(self, one: int, other: int) -> float:
         """The path cost [planning cells] over known moves, inf where there is no way."""
@@ -95,9 +96,7 @@ class TaskPaths:
         start, goal = self._tasks[one], self._tasks[other]
         if goes_straight(moves, start, goal):
             return float(self.least[one, other])
-        ends = np.array([start, goal])
-        fill_distances(self._belief.ground, ends[:1], self._distance, _ONE_GROUP, ends[1:])
-        return float(self._distance[goal])
+        return self._paths.cost(start, int(self._which[other]))
 
 
 def _empty_grid_costs(tasks: tuple[int, ...], cols: int) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
+from conav.exploration import verify_sight as sight
 from conav.exploration.verify_faults import DEAD
 from conav.exploration.verify_radio import (
     Air,
@@ -138,7 +139,7 @@ class _Eyes:
         self._visited[robot].add(cell)
         claimed = self._claimed.reshape(-1)
         claimed[cells] = 1
-        missed, fresh = geometry.look_around(
+        missed, fresh = sight.look_around(
             self.world.walls,
             *known.of(owner),
             self._claimed,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
+from conav.exploration import verify_sight as sight
 from conav.exploration.verify_faults import ABSENT, DEAD
 from conav.exploration.verify_knowledge import Seen
 from conav.exploration.verify_world import Check, World
@@ -30,9 +31,9 @@ def observable_cells(world: World) -> NDArray[np.uint8]:
     for cell in np.flatnonzero(reached):
         places[world.fine(int(cell))] = 1
     if world.occlusion[0]:
-        owner = geometry.nearest_places(world.walls, places)
-        return geometry.observable_from_nearest(world.walls, owner, float(world.squares[0]))
-    return geometry.within_range(world.walls, places, float(world.squares[0]))
+        owner = sight.nearest_places(world.walls, places)
+        return sight.observable_from_nearest(world.walls, owner, float(world.squares[0]))
+    return sight.within_range(world.walls, places, float(world.squares[0]))
 
 
 def check_metrics(run: ExplorationRun, world: World, total: int, seen: Seen, check: Check) -> None:

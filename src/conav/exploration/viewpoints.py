@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.exploration.belief import STOOD, Belief
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import sight_space
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.maps.planning_grid import Lattice
@@ -111,7 +111,7 @@ def viewpoints(belief: Belief, lattice: Lattice, sensor: Sensor) -> Viewpoints:
 def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
     """Flat indices of the unknown cells with a frontier cell as straight neighbour, ascending."""
     rows, cols = belief.cells.shape
-    at = np.flatnonzero(belief.frontier)
+    at = np.flatnonzero(belief.frontier != 0)
     row, col = np.divmod(at, cols)
     around = np.concatenate(
         [at[row > 0] - cols, at[row < rows - 1] + cols, at[col > 0] - 1, at[col < cols - 1] + 1]
@@ -149,10 +149,7 @@ def _find_viewpoints(
         c = hidden[i] % fine_cols
         if hopeless[r, c] == 1:
             continue
-        if occlusion:
-            count = visible_cells(cells, r, c, limits, lows, highs, out)
-        else:
-            count = disc_cells(cells, r, c, limits, out)
+        count = cells_in_sight(cells, r, c, occlusion, limits, lows, highs, out)
         found = False
         for j in range(count):
             r2 = out[j] // fine_cols

@@ -44,14 +44,14 @@ _spaces = threading.local()
 def field_buffer(size: int) -> NDArray[np.float64]:
     """This thread's working space for one field of `size` cells (the last size is kept).
 
-    `fill_distances` clears only what it wrote there the last time, which for a short search is much
-    less than all; nobody else may write to it.
+    `fill_distances` clears only from the first to the last cell it wrote the last time, which for a
+    short search is much less than all; nobody else may write to it.
     """
     buffer: NDArray[np.float64] | None = getattr(_spaces, "buffer", None)
     if buffer is None or len(buffer) != size:
         buffer = np.full(size, np.inf)
         _spaces.buffer = buffer
-        _spaces.touched = np.zeros(size + 1, dtype=np.int32)  # cells written, [size] how many
+        _spaces.written = np.array([0, 0])  # cells that may be written lie from here to there
     return buffer
 
 
@@ -83,52 +83,34 @@ def fill_distances(
     cells may then hold too large a length.
     """
     if first is None or places is None:
-        first, places = NO_GROUPS, NO_PLACES
+        first, places = _NO_GROUPS, _NO_PLACES
     taken = -1
-    touched = _spaces.touched if distance is getattr(_spaces, "buffer", None) else None
+    written = _spaces.written if distance is getattr(_spaces, "buffer", None) else None
     while taken < 0:
-        if touched is None:
+        if written is None:
             distance.fill(np.inf)
         else:
-            _clear(distance, touched)
-            _touch(touched, starts)
-        distance[starts] = 0.0
-        taken = spread(ground, starts, distance, None, touched, first, places)
-    return taken
-
-
-def spread(
-    ground: Ground,
-    seeds: NDArray[np.int64],
-    distance: NDArray[np.float64],
-    diagonals: NDArray[np.int32] | None,
-    touched: NDArray[np.int32] | None,
-    first: NDArray[np.int64],
-    places: NDArray[np.int64],
-) -> int:
-    """The number of cells taken from the queue to lower `distance` from `seeds` on.
-
-    It is -1, and `distance` half done, where the queue was too short; the next one is longer.
-    """
-    space = _field_space(ground.moves.shape)
-    taken = _spread_out(
-        ground.moves,
-        ground.only,
-        seeds,
-        distance,
-        diagonals,
-        touched,
-        first,
-        places,
-        space.cell,
-        space.diagonals,
-        space.length,
-        space.came,
-        space.following,
-        space.head,
-    )
-    if taken < 0:
-        _spaces.space = FieldSpace(4 * len(space.cell), len(space.head))
+            distance[written[0] : written[1]] = np.inf
+        space = _field_space(ground.moves.shape)
+        taken, low, high = _spread_out(
+            ground.moves,
+            ground.only,
+            ground.runs,
+            starts,
+            distance,
+            first,
+            places,
+            space.cell,
+            space.diagonals,
+            space.length,
+            space.came,
+            space.following,
+            space.head,
+        )
+        if written is not None:
+            written[:] = low, high
+        if taken < 0:  # the queue was too short
+            _spaces.space = FieldSpace(4 * len(space.cell), len(space.head))
     return taken
 
 
@@ -183,63 +165,17 @@ def _walk_back(
 
 
 _ONE_GROUP = np.array([0, 1], dtype=np.int64)
-NO_GROUPS = np.zeros(1, dtype=np.int64)
-NO_PLACES = np.empty(0, dtype=np.int64)
-
-
-@kernel
-def _clear(distance: NDArray[np.float64], touched: NDArray[np.int32]) -> None:
-    """Set the cells that were touched to inf, and forget them."""
-    size = distance.shape[0]
-    count = touched[size]
-    if count > size // 4:
-        distance[:] = np.inf
-    else:
-        for i in range(count):
-            distance[touched[i]] = np.inf
-    touched[size] = 0
-
-
-@kernel
-def _touch(touched: NDArray[np.int32], cells: NDArray[np.int64]) -> None:
-    """Add cells to those touched."""
-    size = touched.shape[0] - 1
-    for i in range(min(cells.shape[0], size)):
-        touched[i] = cells[i]
-    touched[size] = min(cells.shape[0], size)
-
-
-@kernel
-def nearest_of_groups(
-    distance: NDArray[np.float64],
-    first: NDArray[np.int64],
-    places: NDArray[np.int64],
-    costs: NDArray[np.float64],
-    nearest: NDArray[np.int64],
-) -> None:
-    """Write the least distance among each group's places, and the first such place.
-
-    Group j is `places[first[j]:first[j + 1]]`, not empty; `costs` and `nearest` are (groups,).
-    """
-    for j in range(first.shape[0] - 1):
-        nearest[j] = places[first[j]]
-        costs[j] = distance[nearest[j]]
-        for i in range(first[j] + 1, first[j + 1]):
-            length = distance[places[i]]
-            if length < costs[j]:
-                costs[j] = length
-                nearest[j] = places[i]
+_NO_GROUPS = np.zeros(1, dtype=np.int64)
+_NO_PLACES = np.empty(0, dtype=np.int64)
 
 
 @kernel
 def _spread_out(
     moves: NDArray[np.uint8],
     only: NDArray[np.uint8],
-    seeds: NDArray[np.int64],
+    runs: Any,  # (4, rows * cols) of a signed type
+    starts: NDArray[np.int64],
     distance: NDArray[np.float64],
-    # Compiled apart for None, which is faster.
-    diagonals: Any,  # (rows * cols,) int32 or None
-    touched: Any,  # (rows * cols + 1,) int32 or None
     first: NDArray[np.int64],
     places: NDArray[np.int64],
     e_cell: NDArray[np.int32],
@@ -248,50 +184,39 @@ def _spread_out(
     e_came: NDArray[np.int8],
     e_next: NDArray[np.int32],
     head: NDArray[np.int32],
-) -> int:
+) -> tuple[int, int, int]:
     """How many entries were taken from the queue, -1 where it was too short.
 
-    Seeds that are inf do not count. `diagonals` are the diagonal moves among the lengths, kept up
-    to date, or None where all seeds are at 0 and nobody wants to know; to `touched` the cells are
-    added that were inf before.
+    Beside it the first cell that was written, and the one after the last.
     """
     cols = moves.shape[1]
     flat = moves.reshape(-1)
     lists = head.shape[0]
     capacity = e_cell.shape[0]
     head[:] = -1
-    steps = np.empty(8, dtype=np.int64)
-    for k in range(8):
-        steps[k] = DROW[k] * cols + DCOL[k]
-    size = flat.shape[0]
-    written = 0
-    if touched is not None:
-        written = touched[size]
     groups = first.shape[0] - 1
     settled = 0  # groups before this one have their nearest cell
+    low = flat.shape[0]
+    high = 0
     used = 0
-    lowest = np.inf
-    for i in range(seeds.shape[0]):
-        length = distance[seeds[i]]
-        if length == np.inf:
-            continue
+    for i in range(starts.shape[0]):
+        cell = starts[i]
+        distance[cell] = 0.0
+        low = min(low, cell)
+        high = max(high, cell + 1)
         if used == capacity:
-            return -1
-        lowest = min(lowest, length)
-        e_cell[used] = seeds[i]
+            return -1, low, high
+        e_cell[used] = cell
         e_diagonals[used] = 0
-        if diagonals is not None:
-            e_diagonals[used] = diagonals[seeds[i]]
-        e_length[used] = length
+        e_length[used] = 0.0
         e_came[used] = -1
-        to = int(length) % lists
-        e_next[used] = head[to]
-        head[to] = used
+        e_next[used] = head[0]
+        head[0] = used
         used += 1
     spare = -1  # entries given back
     live = used
     taken = 0
-    level = int(lowest) if live > 0 else 0
+    level = 0
     while live > 0:
         slot = level % lists
         if groups > 0 and level % 8 == 0:
@@ -306,15 +231,11 @@ def _spread_out(
                 break
         entry = head[slot]
         head[slot] = -1
-        while entry >= 0:
+        while entry >= 0:  # every move is 1 or longer, so none leads back into this list
             now = entry
             entry = e_next[now]
             cell = e_cell[now]
             length = e_length[now]
-            if int(length) > level:  # a seed whose turn comes when this list is met again
-                e_next[now] = head[slot]
-                head[slot] = now
-                continue
             diagonal = e_diagonals[now]
             came = e_came[now]
             e_next[now] = spare
@@ -333,40 +254,29 @@ def _spread_out(
                     continue
                 more = diagonal + (1 if k >= 4 else 0)
                 across = more * SQRT2
-                along = straight + (1 if k < 4 else 0)
-                step = steps[k]
+                along = straight + (1.0 if k < 4 else 0.0)
+                step = DROW[k] * cols + DCOL[k]
                 other = cell + step
                 reached = along + across
-                before = distance[other]
-                if reached >= before:
+                if reached >= distance[other]:
                     continue
                 distance[other] = reached
-                if touched is not None and before == np.inf:
-                    touched[written] = other
-                    written += 1
-                if diagonals is not None:
-                    diagonals[other] = more
+                ended = False
                 if k < 4:
-                    ended = False
-                    while only[other] & (1 << k):
-                        if flat[other] & (1 << k) == 0:
-                            ended = True
-                            break
-                        along += 1
+                    run = int(runs[k, other])
+                    ended = run < 0
+                    for _ in range(abs(run) - 1):
+                        along += 1.0
                         other += step
                         reached = along + across
-                        before = distance[other]
-                        if reached >= before:
+                        if reached >= distance[other]:
                             ended = True
                             break
                         distance[other] = reached
-                        if touched is not None and before == np.inf:
-                            touched[written] = other
-                            written += 1
-                        if diagonals is not None:
-                            diagonals[other] = more
-                    if ended:
-                        continue
+                low = min(low, other)
+                high = max(high, other + 1)
+                if ended:
+                    continue
                 if spare >= 0:
                     new = spare
                     spare = e_next[new]
@@ -374,9 +284,7 @@ def _spread_out(
                     new = used
                     used += 1
                 else:
-                    if touched is not None:
-                        touched[size] = written
-                    return -1
+                    return -1, low, high
                 e_cell[new] = other
                 e_diagonals[new] = more
                 e_length[new] = reached
@@ -386,6 +294,4 @@ def _spread_out(
                 head[to] = new
                 live += 1
         level += 1
-    if touched is not None:
-        touched[size] = written
-    return taken
+    return taken, low, high

@@ -5,6 +5,8 @@ are what lies straight on and, after a diagonal move, its two straight parts; a 
 move when it has no forced ones beside them. `distance_field` says why that loses nothing.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,16 +22,20 @@ class Ground:
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
+        size = shape[0] * shape[1]
         self.moves = np.zeros(shape, dtype=np.uint8)
-        self.only = np.full(shape[0] * shape[1], 255, dtype=np.uint8)  # as `_mark` says
-        self.added: list[NDArray[np.int64]] = []  # cells that got moves, one array an update
+        self.only = np.full(size, 255, dtype=np.uint8)  # as `_mark` says
+        short = max(shape) < 2**15
+        self.runs = np.full((4, size), -1, dtype=np.int16 if short else np.int32)  # as `_set_run`
+        self._parent = np.arange(size, dtype=np.int32)  # towards the cell that stands for its part
 
     def copy(self) -> "Ground":
         """An independent ground with the same moves."""
         other = object.__new__(Ground)
         other.moves = self.moves.copy()
         other.only = self.only.copy()
-        other.added = []
+        other.runs = self.runs.copy()
+        other._parent = self._parent.copy()
         return other
 
     def update(self, moves: NDArray[np.uint8]) -> None:
@@ -37,18 +43,31 @@ class Ground:
         changed = np.flatnonzero(moves != self.moves)
         if len(changed):
             self.moves.reshape(-1)[changed] = moves.reshape(-1)[changed]
-            _mark(self.moves, changed, self.only)
-            self.added.append(changed)
+            _mark(self.moves, changed, self.only, self.runs)
+            _unite(self.moves, changed, self._parent)
+
+    def parts(self, cells: NDArray[np.int64]) -> NDArray[np.int32]:
+        """A number for each cell; two have the same where a path leads from one to the other."""
+        found = np.empty(len(cells), dtype=np.int32)
+        _find_parts(self._parent, cells, found)
+        return found
 
 
 @kernel
-def _mark(moves: NDArray[np.uint8], changed: NDArray[np.int64], only: NDArray[np.uint8]) -> None:
+def _mark(
+    moves: NDArray[np.uint8],
+    changed: NDArray[np.int64],
+    only: NDArray[np.uint8],
+    runs: Any,  # (4, rows * cols) of a signed type
+) -> None:
     """Set bit k of `only` around changed cells: after a move k nothing but the natural follows.
 
-    Natural is straight on, and after a diagonal move its two straight parts too.
+    Natural is straight on, and after a diagonal move its two straight parts too. `runs` follow.
     """
     rows, cols = moves.shape
     done = np.zeros(only.shape[0], dtype=np.uint8)
+    marked = np.empty(min(9 * changed.shape[0], only.shape[0]), dtype=np.int64)
+    count = 0
     for i in range(changed.shape[0]):
         row = changed[i] // cols
         col = changed[i] % cols
@@ -58,6 +77,8 @@ def _mark(moves: NDArray[np.uint8], changed: NDArray[np.int64], only: NDArray[np
                 if done[cell] == 1:
                     continue
                 done[cell] = 1
+                marked[count] = cell
+                count += 1
                 here = moves[r, c]
                 marks = 0
                 for k in range(8):
@@ -76,6 +97,71 @@ def _mark(moves: NDArray[np.uint8], changed: NDArray[np.int64], only: NDArray[np
                     if clear:
                         marks |= 1 << k
                 only[cell] = marks
+    flat = moves.reshape(-1)
+    for i in range(count):
+        for k in range(4):
+            _set_run(flat, only, runs[k], marked[i], k, DROW[k] * cols + DCOL[k])
+
+
+@kernel
+def _set_run(
+    flat: NDArray[np.uint8], only: NDArray[np.uint8], run: Any, cell: int, k: int, step: int
+) -> None:
+    """Set how many cells a straight run k has from a cell that it reached, and those behind it.
+
+    A run goes on where nothing but straight on follows, and counts its last cell. Where it ends at
+    a cell that has other successors it is above 0, below where there is nothing beyond.
+    """
+    bit = 1 << k
+    back = 1 << (k ^ 2)
+    while True:
+        if only[cell] & bit == 0:
+            now = 1
+        elif flat[cell] & bit == 0:
+            now = -1
+        else:
+            beyond = run[cell + step]
+            now = beyond + 1 if beyond > 0 else beyond - 1
+        if run[cell] == now:
+            break
+        run[cell] = now
+        if flat[cell] & back == 0:
+            break
+        cell -= step
+
+
+@kernel
+def _unite(moves: NDArray[np.uint8], changed: NDArray[np.int64], parent: NDArray[np.int32]) -> None:
+    """Join the parts of cells that got moves with those the moves lead to."""
+    cols = moves.shape[1]
+    flat = moves.reshape(-1)
+    for i in range(changed.shape[0]):
+        one = _root(parent, changed[i])
+        for k in range(8):
+            if flat[changed[i]] & (1 << k):
+                other = _root(parent, changed[i] + DROW[k] * cols + DCOL[k])
+                if other < one:
+                    parent[one] = other
+                    one = other
+                else:
+                    parent[other] = one
+
+
+@kernel
+def _root(parent: NDArray[np.int32], cell: int) -> int:
+    """The cell that stands for a cell's part, the lowest; ways to it get shorter."""
+    while parent[cell] != cell:
+        parent[cell] = parent[parent[cell]]
+        cell = parent[cell]
+    return cell
+
+
+@kernel
+def _find_parts(
+    parent: NDArray[np.int32], cells: NDArray[np.int64], found: NDArray[np.int32]
+) -> None:
+    for i in range(cells.shape[0]):
+        found[i] = _root(parent, cells[i])
 
 
 @kernel

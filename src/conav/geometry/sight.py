@@ -223,6 +223,26 @@ def disc_cells(
     return count
 
 
+@kernel
+def cells_in_sight(
+    cells: NDArray[np.uint8],
+    row: int,
+    col: int,
+    occlusion: bool,
+    limits: NDArray[np.int32],
+    lows: NDArray[np.float64],
+    highs: NDArray[np.float64],
+    out: NDArray[np.int32],
+) -> int:
+    """The number of flat indices written to `out`: `visible_cells`, or without occlusion the disc.
+
+    A cell may come twice.
+    """
+    if occlusion:
+        return visible_cells(cells, row, col, limits, lows, highs, out)
+    return disc_cells(cells, row, col, limits, out)
+
+
 def sight_buffer_size(limits: NDArray[np.int32]) -> int:
     """How many entries the output of one look can need at most, repeats included."""
     reach = limits.shape[0] - 1

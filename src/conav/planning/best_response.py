@@ -174,12 +174,17 @@ def remaining_costs(
             if accepting[state]:
                 remaining[head, state] = 0.0
         for edge in range(starts[head], starts[head + 1]):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(states):
                 if sink[state]:
                     continue
                 after = state_after(
-                    state, letters[tail], letters[head], words[edge], letters_of_words, transition
+                    state,
+                    int(letters[tail]),
+                    int(letters[head]),
+                    int(words[edge]),
+                    letters_of_words,
+                    transition,
                 )
                 cost = costs[edge] + remaining[head, after]
                 if cost < remaining[tail, state]:
@@ -250,16 +255,16 @@ def _search(
                 cheapest[:] = np.inf
                 by_edge[:] = -1
                 for edge in range(first, until):
-                    tail = sources[edge]
+                    tail = int(sources[edge])
                     run_into = max(known[edge - first], 0)
                     for state in range(task_states):
                         if cost_to[tail, state] == np.inf:
                             continue
                         after = state_after(
                             state,
-                            letters[tail],
-                            letters[head],
-                            words[edge],
+                            int(letters[tail]),
+                            int(letters[head]),
+                            int(words[edge]),
                             letters_of_words,
                             transition,
                         )
@@ -286,7 +291,7 @@ def _search(
                     if settled[state] or edge < 0:
                         continue
                     if known[edge - first] < 0:
-                        count = connection(limits, states, sources[edge], head, pieces)
+                        count = connection(limits, states, int(sources[edge]), head, pieces)
                         counters[0] += 1
                         known[edge - first] = hits(
                             tracks,

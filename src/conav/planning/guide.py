@@ -211,16 +211,16 @@ def _search(
             to = v * columns + u
             state = _state_after(
                 discs, rings, sides, masks, transition, x, y, to_x, to_y, start_label,
-                labels[to], start_state, places, word,
+                int(labels[to]), start_state, places, word,
             )  # fmt: skip
             if state < 0 or sink[state]:
                 continue
             node = to * states + state
             cost[node] = math.sqrt((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y))
-            size = _push(heap, size, cost[node], node)
+            size = _push(heap, size, float(cost[node]), node)
     last = -1
     while size > 0:
-        key = heap[0, 0]
+        key = float(heap[0, 0])
         node = int(heap[0, 1])
         size = _pop(heap, size)
         if key > cost[node]:
@@ -248,7 +248,7 @@ def _search(
                 continue
             after = _state_after(
                 discs, rings, sides, masks, transition, from_x, from_y,
-                left + (u + 0.5) * cell, low + (v + 0.5) * cell, labels[at], labels[to], state,
+                left + (u + 0.5) * cell, low + (v + 0.5) * cell, int(labels[at]), int(labels[to]), state,
                 places, word,
             )  # fmt: skip
             if after < 0 or sink[after]:

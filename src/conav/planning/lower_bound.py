@@ -9,6 +9,9 @@ from conav.planning.letters import Task, point_distance, region_distance
 from conav.planning.types import PlanningProblem, PlanningRobot
 from conav.tasks.automaton import INITIAL
 
+_Node = tuple[int, int, int]
+"""State, letter, and where from: a letter with regions, or -1 for the start."""
+
 
 def shortest_length(robot: PlanningRobot, task: Task, start_letter: int) -> float:
     """A length [m] that every path which does the task has at least; infinite if none can.
@@ -17,13 +20,12 @@ def shortest_length(robot: PlanningRobot, task: Task, start_letter: int) -> floa
     farthest region from the label before that had one, or from the start.
     """
     between = _distances(task)
-    from_start = [point_distance(*robot.start[:2], region) for region in task.regions]
+    from_start = [point_distance(robot.start[0], robot.start[1], region) for region in task.regions]
     automaton = task.automaton
     masks: list[int] = task.masks.tolist()
-    # (state, letter, where from): a letter with regions, or -1 for the start.
-    first = (int(automaton.transition[INITIAL, start_letter]), start_letter, -1)
-    best = {first: 0.0}
-    heap = [(0.0, first)]
+    first: _Node = (int(automaton.transition[INITIAL, start_letter]), start_letter, -1)
+    best: dict[_Node, float] = {first: 0.0}
+    heap: list[tuple[float, _Node]] = [(0.0, first)]
     while heap:
         length, node = heapq.heappop(heap)
         if length > best[node]:

@@ -151,7 +151,7 @@ def _search(
         until_edge = starts[head + 1]
         room = 0
         for edge in range(first_edge, until_edge):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(task_states):
                 room += label_until[tail, state] - label_first[tail, state]
         room = max(room, 1)
@@ -166,15 +166,15 @@ def _search(
             if _can_better(candidates[0], remaining[0, start_state], present):
                 count = 1
         for edge in range(first_edge, until_edge):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(task_states):
                 if label_first[tail, state] == label_until[tail, state]:
                     continue
                 after = state_after(
                     state,
-                    letters[tail],
-                    letters[head],
-                    words[edge],
+                    int(letters[tail]),
+                    int(letters[head]),
+                    int(words[edge]),
                     letters_of_words,
                     transition,
                 )
@@ -215,7 +215,7 @@ def _search(
                 edge = origin[candidate, 1]
                 if edge >= 0:
                     if known[edge - first_edge] < 0:
-                        pieces_count = connection(limits, states, sources[edge], head, pieces)
+                        pieces_count = connection(limits, states, int(sources[edge]), head, pieces)
                         counters[0] += 1
                         known[edge - first_edge] = hits(
                             tracks,

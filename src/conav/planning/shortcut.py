@@ -282,7 +282,7 @@ def _task_done(
                 return False
             state = transition[state, letter]
         label = after
-    return accepting[state]
+    return bool(accepting[state])
 
 
 def between(graph: RobotGraph, path: NDArray[np.float64], room: int) -> NDArray[np.float64]:

@@ -207,7 +207,7 @@ class Team:
         roads = self.roads_of(robot)
         limits = self.graphs[robot].surroundings.limits
         present = self.costs[robot]
-        if len(roads) > 1:
+        if len(self.problem.costs) > 1:
             return pareto_response(roads, self.traffic, robot, limits, heed, present, self.tested)
         bound = float(present[0]) - LEAST_GAIN
         respond = first_response if first else best_response

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from conav.exploration.types import steps_until
 from conav.maps.occupancy_grid import UNKNOWN
-from conav.simulation.traffic import MIN_GAP
+from conav.simulation.pibt import MIN_GAP
 from conav.simulation.world_state import ABSENT, ACTIVE, DEAD, STALLED, WorldState
 
 

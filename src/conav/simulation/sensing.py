@@ -5,11 +5,10 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.sight import (
-    disc_cells,
+    cells_in_sight,
     lateral_limits,
     new_gap_space,
     sight_buffer_size,
-    visible_cells,
 )
 from conav.maps.occupancy_grid import UNKNOWN
 
@@ -51,10 +50,7 @@ def look(
     `discovered[robot]` those its belief did not hold, in `covered[0]` those no robot had seen.
     `sensed_by` (words, fine cells) has a bit per robot.
     """
-    if occlusion:
-        count = visible_cells(walls, row, col, limits, lows, highs, out)
-    else:
-        count = disc_cells(walls, row, col, limits, out)
+    count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
     known = belief.reshape(-1)
     wanted = observable.reshape(-1)
     word = robot // 8

@@ -10,7 +10,7 @@ from conav.errors import InputError
 from conav.geometry.directions import ALL, DCOL, DROW
 from conav.maps.planning_grid import PlanningGrid, StartArea
 from conav.robots.robot import Robot
-from conav.simulation.traffic import MIN_GAP
+from conav.simulation.pibt import MIN_GAP
 
 
 def start_together(

@@ -1,1 +1,1 @@
-"""What a robot is to do, in finite linear temporal logic over the names of regions."""
+"""Tasks of robots as formulas of finite linear temporal logic, and their automata."""

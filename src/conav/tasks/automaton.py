@@ -84,13 +84,22 @@ class Automaton:
         return len(self.accepting)
 
     @property
+    def stutter_invariant(self) -> bool:
+        """Whether repeated letters change nothing, as it is for every formula without X and WX.
+
+        Where it is not, some words that are accepted may be words of no robot.
+        """
+        each = np.arange(len(self.letters))
+        return bool((self.transition[self.transition, each] == self.transition).all())
+
+    @property
     def satisfiable(self) -> bool:
-        """Whether it accepts any word."""
+        """Whether it accepts any word, be it one that repeats letters."""
         return not bool(self.sink[self.transition[INITIAL]].all())
 
     @property
     def valid(self) -> bool:
-        """Whether it accepts every word that has a letter."""
+        """Whether it accepts every word that has a letter, also those that repeat letters."""
         reached = self._reached_by_words()
         return bool(self.accepting[reached].all())
 
@@ -115,14 +124,17 @@ class Automaton:
     def accepts(self, word: Iterable[Collection[str]]) -> bool:
         """Whether the task is done when the robot stops after this word.
 
-        Labels that repeat the one before change nothing where the formula is without X and WX;
-        with them the word has to be `stutter_free`. Raises `InputError` as `letter` does.
+        Labels that repeat the one before change nothing where it is `stutter_invariant`; elsewhere
+        give a `stutter_free` word. Raises `InputError` as `letter` does.
         """
         labels = list(word)
         return bool(labels) and bool(self.accepting[self.state_after(labels)])
 
     def shortest_word(self) -> tuple[Letter, ...] | None:
-        """A shortest word that is accepted, the first in order of letters; `None` without one."""
+        """A shortest word that is accepted, the first in order of letters; `None` without one.
+
+        It repeats no letter where the automaton is `stutter_invariant`.
+        """
         if not self.satisfiable:
             return None
         word: list[Letter] = []

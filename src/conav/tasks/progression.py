@@ -59,7 +59,8 @@ class Progression:
         self._elements: list[int] = []  # the subformula of each element
         self._element_of: dict[int, int] = {}
         self._at_end = 0  # the elements that the end of the word satisfies
-        self._after: dict[tuple[int, int], Obligation] = {}
+        self._members_of: dict[int, list[int]] = {}
+        self._after: list[dict[int, Obligation]] = []  # what is left of each subformula, by letter
         self._true = self._number(_AND, ())
         self._false = self._number(_OR, ())
         self._more = self._number(_UNTIL, (self._true, self._true))
@@ -79,24 +80,29 @@ class Progression:
         """What is left of an obligation after one more letter."""
         result: set[int] = set()
         for clause in obligation:
-            kept = NOTHING
-            while clause and kept:
-                bit = clause & -clause
-                clause ^= bit
-                kept = _both(kept, self._progress(self._elements[bit.bit_length() - 1], letter))
-            if kept == NOTHING:
-                return NOTHING
-            result.update(kept)
+            sure, choices = 0, list[Obligation]()
+            for number in self._members(clause):
+                after = self._progress(number, letter)
+                if len(after) == 1:
+                    sure |= after[0]
+                elif after:
+                    choices.append(after)
+                else:
+                    break
+            else:
+                kept: Obligation = (sure,)
+                for choice in choices:
+                    kept = _both(kept, choice)
+                if kept == NOTHING:
+                    return NOTHING
+                result.update(kept)
         return _absorbed(result)
 
     def letters_of(self, obligation: Obligation) -> int:
         """The bits of a letter on which `rest` depends."""
         letters = 0
-        every = 0
         for clause in obligation:
-            every |= clause
-        for i, number in enumerate(self._elements):
-            if every >> i & 1:
+            for number in self._members(clause):
                 letters |= self._letters[number]
         return letters
 
@@ -156,6 +162,7 @@ class Progression:
         if key not in self._numbers:
             self._numbers[key] = len(self._kinds)
             self._kinds.append(kind)
+            self._after.append({})
             self._operands.append(operands)
             letters = operands[0] if kind == _LITERAL else 0
             if kind != _LITERAL:
@@ -170,16 +177,27 @@ class Progression:
             i = len(self._elements)
             self._element_of[number] = i
             self._elements.append(number)
-            if self._kinds[number] in (_RELEASE, _WEAK_NEXT):
+            # U is not. What X and WX wait for stands beside `_more` or `_no_more`, which decide.
+            if self._kinds[number] == _RELEASE:
                 self._at_end |= 1 << i
         return (1 << self._element_of[number],)
 
+    def _members(self, clause: int) -> list[int]:
+        """The subformulas that are the clause's elements."""
+        found = self._members_of.get(clause)
+        if found is None:
+            elements = self._elements
+            found = [elements[i] for i in range(clause.bit_length()) if clause >> i & 1]
+            self._members_of[clause] = found
+        return found
+
     def _progress(self, number: int, letter: int) -> Obligation:
         """What is left of a subformula after the letter."""
-        key = (number, letter & self._letters[number])
-        found = self._after.get(key)
+        letter &= self._letters[number]
+        known = self._after[number]
+        found = known.get(letter)
         if found is None:
-            found = self._after[key] = self._progress_anew(number, letter)
+            found = known[letter] = self._progress_anew(number, letter)
         return found
 
     def _progress_anew(self, number: int, letter: int) -> Obligation:

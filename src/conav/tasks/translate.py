@@ -34,7 +34,7 @@ def automaton_of(
 
     `letters` are the label sets that can occur. Without them those of any combination of the
     formula's regions are taken, overlaps and all (`every_letter`); with fewer the automaton is
-    often smaller and always made faster. Letters are sorted; names the formula does not have
+    often smaller, and is made faster. Letters are sorted; names the formula does not have
     tell letters apart, and nothing else.
 
     Raises `InputError` when more than `max_states` obligations come up, before minimisation, or

@@ -137,11 +137,12 @@ def test_a_passage_is_for_one() -> None:
     for settings in ({}, {"bay": True}):
         problem = make_scene("narrow-passage", settings)
         radius = problem.robots[0].radius_m
-        middle = shapely.LineString([(1.5 * radius + 1, -9), (1.5 * radius + 1, 9)])
+        middle = shapely.LineString([(1.5, -9), (1.5, 9)])
         across = shapely.intersection(problem.floor.polygon, middle).length
         assert 2 * radius < across < 4 * radius
     bay = make_scene("narrow-passage", {"bay": True})
-    across = shapely.intersection(bay.floor.polygon, shapely.LineString([(0, -9), (0, 9)])).length
+    x = 8 * 0.3 - 4
+    across = shapely.intersection(bay.floor.polygon, shapely.LineString([(x, -9), (x, 9)])).length
     assert across >= 4 * bay.robots[0].radius_m
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from conav.experiments.two_stage.drift import Drift, replay
 from conav.experiments.two_stage.paths import Path, changes, lengths, spread, stretches, turns_of
 from conav.experiments.two_stage.world import RANGE_M, Case, World, problem_of, strategy_of
+from conav.exploration.auction_protocol import Bids
 from conav.exploration.bounds.bounds import lower_bounds
-from conav.exploration.repeated_auction import AuctionMemory, Bids
+from conav.exploration.repeated_auction import AuctionMemory
 from conav.exploration.section_auction import Bid
 from conav.exploration.team_assignment import TeamMemory
 from conav.exploration.two_stage_flow import STAGE, Phase

@@ -18,7 +18,7 @@ from conav.maps.planning_grid import PlanningGrid, planning_grid
 from conav.robots.motion import MOTIONS
 from conav.robots.robot import Robot
 from conav.robots.sensor import sensor
-from conav.simulation.traffic import MIN_GAP
+from conav.simulation.pibt import MIN_GAP
 from conav.simulation.world_state import generator_for
 
 METHODS = {

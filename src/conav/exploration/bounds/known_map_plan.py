@@ -18,7 +18,7 @@ from conav.exploration.bounds.travel import travel_from, turn_cost
 from conav.exploration.bounds.views import Places, Sight, sensors_of
 from conav.exploration.types import ExplorationProblem
 from conav.geometry.directions import DCOL, DROW, SQRT2
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.geometry.sight import cells_in_sight
 
 MOST_BYTES = 2**27  # of each: what places see, what is seen on the way, distances
 THRESHOLD = 0.03  # how much worse than the best a plan may be to be changed next
@@ -310,12 +310,8 @@ def _fill_looks(
     cols = walls.shape[1]
     wanted = observable.reshape(-1)
     for i in range(centres.shape[0]):
-        row = centres[i] // cols
-        col = centres[i] % cols
-        if occlusion:
-            count = visible_cells(walls, row, col, limits, lows, highs, out)
-        else:
-            count = disc_cells(walls, row, col, limits, out)
+        row, col = divmod(centres[i], cols)
+        count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
         for j in range(count):
             if wanted[out[j]] == 1:
                 bit = place_in[out[j]]
@@ -341,12 +337,8 @@ def _add_looks(
         for i in range(centres.shape[0]):
             if looked[i] != (turn == 0):
                 continue  # first what the marked ones see, then what the others see beyond that
-            row = centres[i] // cols
-            col = centres[i] % cols
-            if occlusion:
-                count = visible_cells(walls, row, col, limits, lows, highs, out)
-            else:
-                count = disc_cells(walls, row, col, limits, out)
+            row, col = divmod(centres[i], cols)
+            count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
             for j in range(count):
                 if hidden[out[j]] == 1:
                     hidden[out[j]] = 0

@@ -13,11 +13,10 @@ from conav.compiled import kernel
 from conav.exploration.bounds.travel import travel_from, turn_cost, whole_steps
 from conav.exploration.types import ExplorationProblem
 from conav.geometry.sight import (
-    disc_cells,
+    cells_in_sight,
     lateral_limits,
     new_gap_space,
     sight_buffer_size,
-    visible_cells,
 )
 from conav.maps.planning_grid import PlanningGrid
 from conav.robots.sensor import Sensor
@@ -107,12 +106,16 @@ def _touched(plan: PlanningGrid, sensor: Sensor, centres: NDArray[np.int64]) -> 
     total = 0
     for centre in centres.tolist():
         row, col = divmod(centre, plan.walls.shape[1])
-        if sensor.occlusion:
-            total += visible_cells(
-                plan.walls, row, col, sight.limits, sight.lows, sight.highs, sight.out
-            )
-        else:
-            total += disc_cells(plan.walls, row, col, sight.limits, sight.out)
+        total += cells_in_sight(
+            plan.walls,
+            row,
+            col,
+            sight.occlusion,
+            sight.limits,
+            sight.lows,
+            sight.highs,
+            sight.out,
+        )
     return total
 
 
@@ -199,12 +202,8 @@ def _from_places(
     cols = walls.shape[1]
     last = np.full(walls.size, -1, dtype=np.int32)
     for i in range(centres.shape[0]):
-        row = centres[i] // cols
-        col = centres[i] % cols
-        if occlusion:
-            count = visible_cells(walls, row, col, limits, lows, highs, out)
-        else:
-            count = disc_cells(walls, row, col, limits, out)
+        row, col = divmod(centres[i], cols)
+        count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
         for j in range(count):
             cell = out[j]
             if last[cell] != i:  # a cell may come twice in a look
@@ -231,12 +230,8 @@ def _from_cells(
     cols = walls.shape[1]
     last = np.full(soonest.shape[0], -1, dtype=np.int32)
     for i in range(cells.shape[0]):
-        row = cells[i] // cols
-        col = cells[i] % cols
-        if occlusion:
-            count = visible_cells(walls, row, col, limits, lows, highs, out)
-        else:
-            count = disc_cells(walls, row, col, limits, out)
+        row, col = divmod(cells[i], cols)
+        count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
         for j in range(count):
             place = at[out[j]]
             while place >= 0 and last[place] != i:
@@ -296,12 +291,8 @@ def _group_views(
 ) -> None:
     cols = walls.shape[1]
     for i in range(looks.shape[0]):
-        row = looks[i] // cols
-        col = looks[i] % cols
-        if occlusion:
-            count = visible_cells(walls, row, col, limits, lows, highs, out)
-        else:
-            count = disc_cells(walls, row, col, limits, out)
+        row, col = divmod(looks[i], cols)
+        count = cells_in_sight(walls, row, col, occlusion, limits, lows, highs, out)
         for j in range(count):
             if from_groups:
                 place = at[out[j]]

@@ -21,11 +21,14 @@ class NarrowPassage:
 
     Without a bay the passage joins two rooms, half of the robots start in each and go to the other
     room: one side has to wait. With a bay there are no rooms: two robots start at the ends of a
-    closed passage, and one must step aside into the bay in its middle. Nothing in it is random.
+    closed passage, and one must step aside into the bay. With the bay in the middle (`bay_at` 0.5)
+    the other must wait for it first, which robots that plan one after the other do not think of.
+    Nothing in it is random.
     """
 
     robots: Annotated[int, Field(ge=2, le=24)] = 2
     bay: bool = False
+    bay_at: Annotated[float, Field(gt=0, lt=1)] = 0.3  # from the left end, share of the length
     length_m: Annotated[float, Field(gt=0)] = 8.0  # of the passage
     width: Annotated[float, Field(gt=1, lt=2)] = 1.5  # of the passage, in diameters of a robot
     radius_m: Annotated[float, Field(gt=0)] = 0.4
@@ -82,12 +85,14 @@ class NarrowPassage:
         side = self.radius_m + 1.5 * CLEARANCE_M  # half as wide as the bay
         top = half + 2 * self.radius_m + CLEARANCE_M
         x1 = self.length_m / 2
-        if x1 < side + 3 * self.radius_m:
+        x = self.length_m * self.bay_at - x1
+        # Room for the bay, and a start beside it on either hand.
+        if x1 - abs(x) < side + 3 * self.radius_m:
             raise InputError(
                 "narrow-passage", "the passage is too short for its bay", "ask for a longer one"
             )
         outline = [
-            (-x1, -half), (x1, -half), (x1, half), (side, half),
-            (side, top), (-side, top), (-side, half), (-x1, half),
+            (-x1, -half), (x1, -half), (x1, half), (x + side, half),
+            (x + side, top), (x - side, top), (x - side, half), (-x1, half),
         ]  # fmt: skip
         return outline, [(-x1 + 2 * self.radius_m, 0.0)]
