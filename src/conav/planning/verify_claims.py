@@ -114,17 +114,21 @@ def check_status(scene: Scene, result: dict[str, Any], check: Check) -> None:
 
 
 def check_bound(scene: Scene, result: dict[str, Any], check: Check) -> None:
-    """A lower bound is not above what was found; that nobody can do better is not derived."""
-    bound = result.get("lower_bound")
-    if bound is None:
-        return
-    check.looked += 1
+    """A lower bound is not above what was found; that nobody can do better is not derived.
+
+    Nor is the bound of plans on the solver's graphs, of which the plan is one.
+    """
     found = [costs_of(track, scene.costs)[0] for _, _, track in scene.ways()]
     everybody = len(found) == len(scene.bodies)
-    if not isinstance(bound, int | float) or not isfinite(bound):
-        check.fault(Violation(f"the lower bound is {bound!r}"))
-    elif everybody and bound > sum(found) + TOLERANCE:
-        check.fault(Violation(f"the lower bound {bound:.9g} is above the plan's {sum(found):.9g}"))
+    for key, name in (("lower_bound", "lower bound"), ("graph_bound", "bound of its graphs")):
+        bound = result.get(key)
+        if bound is None:
+            continue
+        check.looked += 1
+        if not isinstance(bound, int | float) or not isfinite(bound):
+            check.fault(Violation(f"the {name} is {bound!r}"))
+        elif everybody and bound > sum(found) + TOLERANCE:
+            check.fault(Violation(f"the {name} {bound:.9g} is above the plan's {sum(found):.9g}"))
 
 
 def same(a: float, b: float) -> bool:
