@@ -157,7 +157,9 @@ def check(rings, points) -> None:
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.one_of(floors, jittered_floors()), st.integers(1, 4), st.integers(0, 2**32 - 1))
+@given(
+    st.one_of(floors, jittered_floors()), st.integers(1, 4), st.integers(0, 2**32 - 1)
+)
 @example(ROOMS, 4, 0)
 def test_cells_fill_the_floor_and_make_up_the_views(rings, count: int, seed: int) -> None:
     check(rings, viewpoints(rings, count, np.random.default_rng(seed)))

@@ -73,9 +73,7 @@ def order_on_chord(points: Floats, chords: Chords, i: int, j: int, k: int) -> in
 
 
 @kernel
-def order_on_wall(
-    points: Floats, wall_ends: Ints, chords: Chords, wall: int, j: int, k: int
-) -> int:
+def order_on_wall(points: Floats, wall_ends: Ints, chords: Chords, wall: int, j: int, k: int) -> int:
     """-1 where chord j ends on a wall before chord k, from the wall's start; 1 after; 0 with it."""
     return _order_on_line(points, chords, wall, wall_ends[wall], j, k)
 
@@ -97,9 +95,7 @@ def _order_on_line(points: Floats, chords: Chords, tail: int, head: int, j: int,
 @kernel
 def turn_between(points: Floats, chords: Chords, i: int, j: int) -> int:
     """1 where chord j points left of chord i's direction, -1 right, 0 where they are parallel."""
-    return direction_turn(
-        points, chords.tails[i], chords.heads[i], chords.tails[j], chords.heads[j]
-    )
+    return direction_turn(points, chords.tails[i], chords.heads[i], chords.tails[j], chords.heads[j])
 
 
 @kernel

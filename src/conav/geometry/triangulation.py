@@ -134,7 +134,9 @@ def _any_vertex_of(h: int, following: Ints, label: Ints, origin: Ints) -> int:
 
 
 @kernel
-def _flood(count: int, following: Ints, twin: Ints, label: Ints) -> tuple[NDArray[np.bool_], int]:
+def _flood(
+    count: int, following: Ints, twin: Ints, label: Ints
+) -> tuple[NDArray[np.bool_], int]:
     """Which half-edges bound free triangles, and a half-edge where the flood leaks or -1.
 
     The flood starts on the left of every wall and crosses every side that is none. It leaks where

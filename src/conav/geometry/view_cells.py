@@ -97,7 +97,9 @@ def view_cells(floor: Triangulation, views: Sequence[VisibilityPolygon]) -> View
     chords = Chords(*chord_columns)
     if len(chords.starts) == 0:
         return _one_cell(floor, views)
-    return ViewCells(*_arrange(points, floor.wall_ends, floor.rings, n, chords, pairs, anchors))
+    return ViewCells(
+        *_arrange(points, floor.wall_ends, floor.rings, n, chords, pairs, anchors)
+    )
 
 
 def join_cells(cells: ViewCells, chosen: NDArray[np.bool_]) -> Ints:
@@ -331,7 +333,9 @@ def _arrange(
             first = r
         nodes[2 * pieces + r] = node
         out_of[node] = 2 * pieces + r
-        last = r + 1 == ring_nodes.shape[0] or rings[places[ring_nodes[r + 1]] // 2] != ring
+        last = (
+            r + 1 == ring_nodes.shape[0] or rings[places[ring_nodes[r + 1]] // 2] != ring
+        )
         into[ring_nodes[first] if last else ring_nodes[r + 1]] = 2 * pieces + r
     _link(points, wall_ends, chords, chord_of, nodes, pieces, places, out_of, into, following)
     cells = np.full(total, NO_CELL, np.int32)
