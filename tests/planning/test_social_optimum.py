@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conav.errors import InputError
 from conav.maps.polygon_map import PolygonMap
 from conav.planning.barred_path import END, Place, Way, barred_path
 from conav.planning.best_response import LEAST_GAIN
@@ -312,3 +313,10 @@ def test_solver_proves_that_a_goal_in_a_wall_is_infeasible(scenes):
     robot = PlanningRobot("a", (2.0, 2.0), "F goal", scenes.disc("goal", 30, 30), 0.4)
     problem = PlanningProblem(scenes.square, (robot,), 60.0)
     assert plan(problem, "social-optimum").status == Status.INFEASIBLE
+
+
+def test_other_motions_are_refused(scenes):
+    robot = replace(scenes.antipodal(2).robots[0], start=(2.0, 2.0, 0.0), motion="dubins-car")
+    problem = PlanningProblem(scenes.square, (robot,), 60.0)
+    with pytest.raises(InputError, match="robot r0.*straight motions"):
+        plan(problem, "social-optimum")

@@ -20,7 +20,7 @@ from conav.planning.types import DOUBLE_INTEGRATOR, DUBINS_CAR, PlanningRobot, T
 from conav.planning.verify import CHECKS, verify_plan
 from conav.runs.types import PlanRun
 
-from .conftest import hand_problem, hand_result, hand_trajectories, write_plan
+from .hand_plan import hand_problem, hand_result, hand_trajectories, write_plan
 
 
 def with_pieces(run: PlanRun, robot: int, pieces: np.ndarray) -> PlanRun:

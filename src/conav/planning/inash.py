@@ -89,7 +89,7 @@ class _Game:
                 stage = "game"
                 self.round(active)
         team.note(budget, stage)
-        budget.tell(stage, team.costs)
+        team.tell(budget, stage)
 
     def round(self, active: list[int]) -> bool:
         """Whether somebody found a better path, each of the active having been asked once.
@@ -144,7 +144,7 @@ class _Game:
                     team.count("messages")
             team.count("last_rounds")
             team.note(self.budget, "last answers")
-            self.budget.tell("last answers", team.costs)
+            team.tell(self.budget, "last answers")
             if not improved:
                 return True
         return False

@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from conav.errors import InputError
 from conav.planning.best_response import LEAST_GAIN, Response
 from conav.planning.budget import Budget, OnProgress
 from conav.planning.conflict_search import conflict_based_search
@@ -35,7 +36,7 @@ from conav.planning.impossible import why_impossible
 from conav.planning.joint_search import joint_search
 from conav.planning.settle import play_round, settle
 from conav.planning.team import GraphSettings, Team, build_team, robot_seed
-from conav.planning.types import PlanningProblem, PlanningResult
+from conav.planning.types import SINGLE_INTEGRATOR, PlanningProblem, PlanningResult
 from conav.status import Status
 
 
@@ -57,7 +58,17 @@ class SocialOptimum(GraphSettings):
     def solve(
         self, problem: PlanningProblem, seed: int = 0, on_progress: OnProgress | None = None
     ) -> PlanningResult:
-        """Done when the optimum on the final graphs is proved."""
+        """Done when the optimum on the final graphs is proved.
+
+        Raises `InputError` for robots that do not drive straight: branches are made for those alone.
+        """
+        for robot in problem.robots:
+            if robot.motion != SINGLE_INTEGRATOR:
+                raise InputError(
+                    f"robot {robot.name}",
+                    f"social-optimum plans straight motions, not {robot.motion}",
+                    "use inash, or the motion single-integrator",
+                )
         budget = Budget(self.samples, self.iterations, self.time_s, on_progress)
         team = build_team(problem, self, seed)
         reason = why_impossible(team)

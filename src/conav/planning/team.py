@@ -304,6 +304,14 @@ class Team:
             }
         )
 
+    def tell(self, budget: Budget, stage: str) -> None:
+        """Tells who listens how far the solver is."""
+        budget.tell(stage, self.costs, self.history, self.trajectories)
+
+    def trajectories(self) -> tuple[Trajectory | None, ...]:
+        """Everybody's present trajectory."""
+        return tuple(self.trajectory(robot) for robot in range(self.size))
+
     def what_is_missing(self, missing: Sequence[int]) -> str:
         """Why a plan is not complete, in words; `missing` are the robots without a path."""
         if not missing:
@@ -340,7 +348,7 @@ class Team:
         return PlanningResult(
             status=status,
             reason=reason,
-            trajectories=tuple(self.trajectory(robot) for robot in range(self.size)),
+            trajectories=self.trajectories(),
             costs=self.costs.copy(),
             epsilon=epsilon,
             solo=self.solo() if planned else None,
