@@ -54,7 +54,7 @@ class INashRestarts(GraphSettings):
             active = [robot for robot in range(team.size) if team.active(robot)]
             play_round(team, active, feasibility, budget)
             team.note(budget, "game")
-            budget.tell("game" if active else "sampling", team.costs)
+            team.tell(budget, "game" if active else "sampling")
         settled = settle(team, range(team.size), budget)
         team.note(budget, "last answers")
         missing = [robot for robot in range(team.size) if team.paths[robot] is None]

@@ -60,7 +60,7 @@ class SocialOptimum(GraphSettings):
     ) -> PlanningResult:
         """Done when the optimum on the final graphs is proved.
 
-        Raises `InputError` for robots that do not drive straight: branches are made for those alone.
+        Raises `InputError` for robots that do not drive straight: branches are for those alone.
         """
         for robot in problem.robots:
             if robot.motion != SINGLE_INTEGRATOR:
@@ -85,13 +85,13 @@ class SocialOptimum(GraphSettings):
                 team.grow(robot, samples)
             active = [robot for robot in range(team.size) if team.active(robot)]
             if not active:
-                budget.tell("sampling", team.costs)
+                team.tell(budget, "sampling")
                 continue
             play_round(team, active, feasibility, budget)
             if scalar:
                 _search(team, active, self.nodes, 0, budget)
             team.note(budget, "social optimum")
-            budget.tell("social optimum", team.costs)
+            team.tell(budget, "social optimum")
         active = [robot for robot in range(team.size) if team.active(robot)]
         missing = [robot for robot in range(team.size) if robot not in active]
         if missing:
