@@ -248,8 +248,8 @@ def _search(
                 continue
             after = _state_after(
                 discs, rings, sides, masks, transition, from_x, from_y,
-                left + (u + 0.5) * cell, low + (v + 0.5) * cell, int(labels[at]), int(labels[to]), state,
-                places, word,
+                left + (u + 0.5) * cell, low + (v + 0.5) * cell, int(labels[at]),
+                int(labels[to]), state, places, word,
             )  # fmt: skip
             if after < 0 or sink[after]:
                 continue

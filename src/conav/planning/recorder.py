@@ -2,7 +2,6 @@
 
 import os
 import platform
-import re
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from math import atan2, cos, isfinite, pi, sin
@@ -16,8 +15,10 @@ from conav.planning.budget import Progress
 from conav.planning.recorded import problem_record
 from conav.planning.trajectory import headings, polyline, positions
 from conav.planning.types import DUBINS_CAR, PlanningProblem, PlanningResult, Region, Trajectory
-from conav.runs.plan_writer import Colour, PlanWriter
+from conav.runs.plan_writer import PlanWriter
+from conav.runs.scenery_writer import Colour
 from conav.runs.schemas import FORMAT
+from conav.runs.topic_names import topic_names
 
 POSE_EVERY_S = 0.2  # [s] of the plan, between two poses on the ROS topics
 _CIRCLE = 48  # corners of a disc that is drawn as a line
@@ -188,22 +189,6 @@ class PlanRecorder:
                 [moving[i][0] for i in here],
                 [(*places[i][k], _wrapped(yaws[i][k])) for i in here],
             )
-
-
-def topic_names(names: Sequence[str]) -> list[str]:
-    """Names as ROS 2 allows them in topics, all different.
-
-    >>> topic_names(["robot_0", "my robot", "my-robot", "7"])
-    ['robot_0', 'my_robot', 'my_robot_2', 'robot_7']
-    """
-    found: list[str] = []
-    for number, name in enumerate(names):
-        plain = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")
-        plain = plain if plain[:1].isalpha() else f"robot_{plain or number}"
-        while plain in found:
-            plain += f"_{number}"
-        found.append(plain)
-    return found
 
 
 def _wrapped(angle: float) -> float:

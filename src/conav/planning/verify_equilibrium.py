@@ -22,7 +22,7 @@ from conav.planning.verify_graph import (
     edges_of,
     label_at,
 )
-from conav.planning.verify_scene import TOLERANCE, Body, Check, Scene, Violation
+from conav.planning.verify_scene import LARGEST, TOLERANCE, Body, Check, Scene, Violation, is_number
 from conav.planning.verify_task import Unreadable, names_in, read_formula
 from conav.planning.verify_traffic import clear_edges, clear_rests, others
 from conav.runs.types import PlanRun
@@ -49,12 +49,16 @@ def check_equilibrium(run: PlanRun, scene: Scene, check: Check) -> None:
             check.skip(f"epsilon of robots with the motion {body.motion}")
             continue
         vertices = run.graphs.get(number)
-        if vertices is None or vertices.shape[1:] != (3,) or not np.isfinite(vertices).all():
+        if (
+            vertices is None
+            or vertices.shape[1:] != (3,)
+            or not (np.abs(vertices) <= LARGEST).all()
+        ):
             check.fault(Violation("has no graph", (body.name,)))
             continue
         check.looked += 1
         said = claimed[number]
-        if not isinstance(said, int | float):
+        if not is_number(said):
             check.fault(Violation(f"epsilon is said to be {said!r}", (body.name,)))
             continue
         try:
