@@ -43,7 +43,8 @@ def plan(
         A scene file (TOML, JSON, db-CBS yaml, CG:SHOP 2021 json, MovingAI .scen), or a made scene's
         name with settings if you like: antipodal-circle:12; conav scenes lists those.
     solver
-        The planning method: inash (nobody can do better alone), prioritized, anytime-prioritized.
+        The planning method: inash (nobody can do better alone), inash-restarts, prioritized,
+        anytime-prioritized, social-optimum.
     set
         A setting of the solver, name=value; may be repeated.
     samples

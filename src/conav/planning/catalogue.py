@@ -14,6 +14,8 @@ SOLVERS: dict[str, str] = {
     "inash": "conav.planning.inash:INash",
     "prioritized": "conav.planning.prioritized:Prioritized",
     "anytime-prioritized": "conav.planning.anytime_prioritized:AnytimePrioritized",
+    "inash-restarts": "conav.planning.inash_restarts:INashRestarts",
+    "social-optimum": "conav.planning.social_optimum:SocialOptimum",
 }
 """Solver name -> "module:class"; nothing is imported before it is asked for."""
 

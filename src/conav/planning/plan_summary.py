@@ -45,6 +45,7 @@ def plan_summary(
         "robots": robots,
         "sum_cost": total,
         "lower_bound": bound,
+        "graph_bound": result.graph_bound,
         "ratio": ratio,
         "min_clearance_m": min_clearance(problem, result.trajectories),
         "vertices": counters.get("vertices", 0),

@@ -121,6 +121,7 @@ class PlanRecorder:
                 "epsilon": _numbers(result.epsilon),
                 "solo": _numbers(result.solo),
                 "lower_bound": result.lower_bound,
+                "graph_bound": result.graph_bound,
                 "counters": {key: int(value) for key, value in result.counters.items()},
                 "interrupted": interrupted,
             },

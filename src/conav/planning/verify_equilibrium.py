@@ -27,7 +27,7 @@ from conav.planning.verify_task import Unreadable, names_in, read_formula
 from conav.planning.verify_traffic import clear_edges, clear_rests, others
 from conav.runs.types import PlanRun
 
-_SOLVERS = ("inash",)
+_SOLVERS = ("inash", "inash-restarts", "social-optimum")
 _MARGIN = 1e-9  # [m] of clearance within which rounding may decide
 
 Costs = tuple[float, ...]

@@ -52,7 +52,7 @@ def read_movingai_scenario(
             f"ask for 1 to {len(entries)} robots",
         )  # fmt: skip
     entries = entries[:wanted]
-    grid = read_movingai(_map_path(path, entries[0]))
+    grid = read_movingai(map_path(path, entries[0]))
     for entry in entries:
         _check_entry(path, entry, entries[0], grid)
     built = tuple(_robot(grid, index, entry) for index, entry in enumerate(entries))
@@ -90,7 +90,8 @@ def read_entries(path: Path) -> list[Entry]:
     return entries
 
 
-def _map_path(path: Path, entry: Entry) -> Path:
+def map_path(path: Path, entry: Entry) -> Path:
+    """Where the map of a scenario's entry lies: beside the scenario, or where it says."""
     said = entry.map.replace("\\", "/")
     beside = path.parent / said.rsplit("/", 1)[-1]
     for candidate in (beside, path.parent / said):
