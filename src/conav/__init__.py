@@ -33,7 +33,14 @@ if TYPE_CHECKING:
     from conav.planning.scene_writer import write_scene
     from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
     from conav.planning.verify import verify_plan
-    from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
+    from conav.pursuit.verify import verify_pursuit
+    from conav.runs.reader import (
+        read_exploration,
+        read_plan,
+        read_pursuit,
+        read_run,
+        repair_run,
+    )
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -57,6 +64,7 @@ _PUBLIC = {
     "read_floor_plan": "conav.maps.read_floor_plan",
     "read_map": "conav.maps.read_map",
     "read_plan": "conav.runs.reader",
+    "read_pursuit": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
@@ -66,6 +74,7 @@ _PUBLIC = {
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
     "verify_plan": "conav.planning.verify",
+    "verify_pursuit": "conav.pursuit.verify",
     "write_floor_plan": "conav.maps.write_floor_plan",
     "write_ros_map": "conav.maps.ros_map_server",
     "write_scene": "conav.planning.scene_writer",
@@ -94,6 +103,7 @@ __all__ = [
     "read_floor_plan",
     "read_map",
     "read_plan",
+    "read_pursuit",
     "read_run",
     "repair_run",
     "save_animation",
@@ -103,6 +113,7 @@ __all__ = [
     "save_still",
     "verify_exploration",
     "verify_plan",
+    "verify_pursuit",
     "write_floor_plan",
     "write_ros_map",
     "write_scene",

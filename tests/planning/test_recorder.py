@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from math import atan2, isclose
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,16 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from conav.errors import InputError
+from conav.planning.budget import Progress
+from conav.planning.catalogue import make_solver, settings_of
 from conav.planning.recorded import problem_record, recorded_problem, recorded_trajectories
 from conav.planning.recorder import PlanRecorder
 from conav.planning.trajectory import positions
+from conav.planning.verify import verify_plan
 from conav.runs.reader import read_exploration, read_plan, read_run, repair_run
 from conav.runs.types import PlanRun
 
-from .conftest import hand_problem, hand_result, hand_trajectories, write_plan
+from .hand_plan import hand_problem, hand_result, hand_trajectories, write_plan
 
 
 def test_the_problem_comes_back(hand_run: PlanRun) -> None:
@@ -87,10 +91,38 @@ def test_other_jobs_are_told_apart(hand_run: PlanRun) -> None:
         read_exploration(hand_run.path)
 
 
+def test_a_solver_is_followed(scenes: SimpleNamespace, tmp_path: Path) -> None:
+    """What is written on the way is the history, with the plan of each moment."""
+    problem = scenes.antipodal(4)
+    solver = make_solver("inash", {"samples": 600, "batch": 100})
+    seen = []
+    with PlanRecorder(
+        tmp_path / "p.mcap", problem, solver="inash", settings=settings_of(solver), seed=2
+    ) as recorder:
+
+        def follow(progress: Progress) -> None:
+            recorder.follow(progress)
+            seen.append(progress.costs[:, 0].tolist())
+
+        result = solver.solve(problem, 2, follow)
+        recorder.finish(result, compute_s=0.0)
+    run = read_plan(tmp_path / "p.mcap")
+    assert len(run.history) == len(result.history) > 1
+    assert {one.improvement for one in run.trajectories} <= set(range(1, len(run.history) + 1))
+    assert len(run.trajectories) > 4
+    for one, expected in zip(recorded_trajectories(run), result.trajectories, strict=True):
+        assert one is not None
+        assert expected is not None
+        assert np.array_equal(one.pieces, expected.pieces)
+    report = verify_plan(run)
+    assert report.accepted, report.lines()
+    assert next(check for check in report.checks if check.name == "history").looked > 4
+
+
 KILLED = """
 import os, sys
 sys.path.insert(0, sys.argv[2])
-from tests_planning_conftest import hand_problem, hand_trajectories
+from hand_plan_copy import hand_problem, hand_trajectories
 from conav.planning.recorder import PlanRecorder
 import conav.runs.writer
 conav.runs.writer.FLUSH_S = 0.0
@@ -103,8 +135,8 @@ sys.stdin.read()
 
 
 def test_a_killed_solver_leaves_what_it_had(tmp_path: Path) -> None:
-    source = Path(__file__).with_name("conftest.py").read_text()
-    (tmp_path / "tests_planning_conftest.py").write_text(source)
+    source = Path(__file__).with_name("hand_plan.py").read_text()
+    (tmp_path / "hand_plan_copy.py").write_text(source)
     path = tmp_path / "killed.mcap"
     process = subprocess.Popen(
         [sys.executable, "-c", KILLED, str(path), str(tmp_path)],

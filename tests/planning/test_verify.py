@@ -1,7 +1,9 @@
 """The verifier accepts a good plan and rejects whatever else is put into its file."""
 
 import ast
+import copy
 import json
+from contextlib import suppress
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -20,7 +22,7 @@ from conav.planning.types import DOUBLE_INTEGRATOR, DUBINS_CAR, PlanningRobot, T
 from conav.planning.verify import CHECKS, verify_plan
 from conav.runs.types import PlanRun
 
-from .conftest import hand_problem, hand_result, hand_trajectories, write_plan
+from .hand_plan import hand_problem, hand_result, hand_trajectories, write_plan
 
 
 def with_pieces(run: PlanRun, robot: int, pieces: np.ndarray) -> PlanRun:
@@ -368,3 +370,37 @@ def test_the_command(hand_run: PlanRun, capsys: pytest.CaptureFixture[str], tmp_
     bad = write_plan(tmp_path / "bad.mcap", problem, hand_result(problem))
     assert verify(bad.path) == 1
     assert "bob: arrives after the horizon of 13 s at 14 s" in capsys.readouterr().out
+
+
+# --- nonsense -------------------------------------------------------------------------------------
+
+
+def places_in(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Every place in JSON."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value)
+    found = [path] if path else []
+    if isinstance(value, dict | list):
+        for key, each in inner:
+            deeper = (*path, key)
+            found += places_in(each, deeper) if isinstance(each, dict | list) else [deeper]
+    return found
+
+
+JUNK = st.sampled_from(
+    [None, True, -1, 0, 1e308, -1e308, "", "x", "stay", [], {}, [[]], [1, 2], {"a": 1}]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(which=st.integers(0, 10**6), junk=JUNK, part=st.sampled_from(["header", "result"]))
+def test_nonsense_is_refused_or_reported(hand: PlanRun, which: int, junk: Any, part: str) -> None:
+    """Whatever stands in the JSON of a file, there is a report or one line that refuses it."""
+    content = copy.deepcopy(getattr(hand, part))
+    places = places_in(content)
+    *way, last = places[which % len(places)]
+    inside = content
+    for key in way:
+        inside = inside[key]
+    inside[last] = junk
+    with suppress(InputError):
+        verify_plan(replace(hand, **{part: content}))

@@ -7,6 +7,7 @@ from conav.cli.compare import compare
 from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.plan import plan
+from conav.cli.pursue import pursue
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
 from conav.cli.scenes import scenes
@@ -22,6 +23,7 @@ app = App(
 )
 app.command(explore)
 app.command(plan)
+app.command(pursue)
 app.command(compare)
 app.command(maps)
 app.command(scenes)

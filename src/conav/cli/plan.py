@@ -109,6 +109,8 @@ def plan(
             if not first and all(map(isfinite, state.costs[:, 0].tolist())):
                 first.append(perf_counter() - started)
             progress.step(state)
+            if recorder is not None:
+                recorder.follow(state)
             return not interrupts.asked()
 
         result = chosen.solve(problem, seed, on_progress)
@@ -124,10 +126,6 @@ def plan(
             interrupted=interrupted,
         )
         if recorder is not None:
-            for entry in result.history[:-1]:
-                recorder.improvement(_plain(entry), [None] * len(problem.robots))
-            for entry in result.history[-1:]:
-                recorder.improvement(_plain(entry), result.trajectories)
             recorder.finish(result, compute_s=compute_s, interrupted=interrupted)
             summary["run"] = str(out)
     for warning in problem.floor.warnings if not quiet else ():
@@ -138,15 +136,6 @@ def plan(
     elif not quiet:
         _print_summary(problem, summary, [("run file", out), *drawn])
     return 0 if summary["status"] == "done" else 1
-
-
-def _plain(entry: Any) -> dict[str, Any]:
-    """An entry of the history as JSON can say it: costs that are infinite are null."""
-    plain = dict(entry)
-    plain["costs"] = [
-        [value if isfinite(value) else None for value in row] for row in entry["costs"]
-    ]
-    return plain
 
 
 def _draw(

@@ -136,10 +136,13 @@ class PathsTo:
 
     def costs(self, positions: NDArray[np.int32]) -> NDArray[np.float64]:
         """From each position to each cell [planning cells], inf where no path leads."""
-        found = np.empty((len(positions), len(self.cells)))
-        for row, start in zip(found, positions.tolist(), strict=True):
-            if start not in self._rows:
-                self._rows[start] = self._graph.lengths(np.array([start]))[0][0]
+        starts = positions.tolist()
+        fresh = [start for start in dict.fromkeys(starts) if start not in self._rows]
+        if fresh:
+            rows, _ = self._graph.lengths(np.array(fresh, dtype=np.int64))
+            self._rows.update(zip(fresh, rows, strict=True))
+        found = np.empty((len(starts), len(self.cells)))
+        for row, start in zip(found, starts, strict=True):
             row[:] = self._rows[start]
         return found
 

@@ -68,16 +68,15 @@ class JumpGraph:
         shape = (len(starts), len(self._first) - 1)
         costs = np.empty(shape)
         nearest = np.empty(shape, dtype=np.int64)
-        for i, start in enumerate(starts.tolist()):
-            self._search(start, -1, costs[i], nearest[i])
+        self._search(starts, -1, costs, nearest)
         return costs, nearest
 
     def length(self, start: int, group: int) -> float:
         """The path length from a cell to one group."""
-        costs = np.empty(len(self._first) - 1)
-        nearest = np.empty(len(self._first) - 1, dtype=np.int64)
-        self._search(start, group, costs, nearest)
-        return float(costs[group])
+        costs = np.empty((1, len(self._first) - 1))
+        nearest = np.empty((1, len(self._first) - 1), dtype=np.int64)
+        self._search(np.array([start]), group, costs, nearest)
+        return float(costs[0, group])
 
     @property
     def nodes(self) -> int:
@@ -85,16 +84,22 @@ class JumpGraph:
         return int(self._used[0])
 
     def _search(
-        self, start: int, group: int, costs: NDArray[np.float64], nearest: NDArray[np.int64]
+        self,
+        starts: NDArray[np.int64],
+        group: int,
+        costs: NDArray[np.float64],
+        nearest: NDArray[np.int64],
     ) -> None:
+        done = 0
         while True:
             work = np.empty((len(self._nodes), 4), dtype=np.int32)
             length = np.empty(len(self._nodes))
-            lack = _search(
+            lack, done = _search_all(
                 self._ground.moves,
                 self._ground.only,
                 self._ground.runs,
-                start,
+                starts,
+                done,
                 group,
                 self._first,
                 self._places,
@@ -294,3 +299,61 @@ def _search(
     for j in range(groups):
         nearest[j] = places[nearest[j]]
     return 0
+
+
+@kernel
+def _search_all(
+    moves: NDArray[np.uint8],
+    only: NDArray[np.uint8],
+    runs: Any,  # (4, rows * cols) of a signed type
+    starts: NDArray[np.int64],
+    done: int,
+    group: int,
+    first: NDArray[np.int64],
+    places: NDArray[np.int64],
+    line_first: NDArray[np.int64],
+    on_line: NDArray[np.int32],
+    node_of: NDArray[np.int32],
+    nodes: NDArray[np.int32],
+    edges: NDArray[np.int32],
+    hits: NDArray[np.int32],
+    used: NDArray[np.int64],
+    best: NDArray[np.int32],
+    least: NDArray[np.float64],
+    seen: NDArray[np.int32],
+    head: NDArray[np.int32],
+    work: NDArray[np.int32],
+    length: NDArray[np.float64],
+    costs: NDArray[np.float64],
+    nearest: NDArray[np.int64],
+) -> tuple[int, int]:
+    """0 when all starts after the first `done` are dealt with, or what there is too little room
+    for; and how many starts are done."""
+    for i in range(done, starts.shape[0]):
+        lack = _search(
+            moves,
+            only,
+            runs,
+            starts[i],
+            group,
+            first,
+            places,
+            line_first,
+            on_line,
+            node_of,
+            nodes,
+            edges,
+            hits,
+            used,
+            best,
+            least,
+            seen,
+            head,
+            work,
+            length,
+            costs[i],
+            nearest[i],
+        )
+        if lack < 0:
+            return lack, i
+    return 0, starts.shape[0]

@@ -39,7 +39,7 @@ class AnytimePrioritized(GraphSettings):
                 team.grow(robot, samples)
             choose_in_order(team)
             team.note(budget, "choosing")
-            budget.tell("choosing", team.costs)
+            team.tell(budget, "choosing")
         missing = [robot for robot in range(team.size) if team.paths[robot] is None]
         status = Status.OUT_OF_BUDGET if missing else Status.DONE
         reason = team.what_is_missing(missing) if missing else ""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.games.splitmix64 import draw, unit
 from conav.planning.arranged import Arranged
 from conav.planning.graph import ONE_CHANGE
 from conav.planning.steering import MAX_PIECES, connection
@@ -65,9 +66,8 @@ def edge_costs(arranged: Arranged, component: str) -> NDArray[np.float64]:
     return times[heads] - times[arranged.sources]
 
 
-def make_roads(arranged: Arranged, automaton: Automaton, component: str) -> Roads:
-    """The graph made ready for responses in one cost."""
-    costs = edge_costs(arranged, component)
+def make_roads(arranged: Arranged, automaton: Automaton, costs: NDArray[np.float64]) -> Roads:
+    """The graph made ready for responses in one cost, (edges,) of each edge."""
     remaining = remaining_costs(
         arranged.letters,
         arranged.starts,
@@ -128,6 +128,15 @@ def best_response(
 
 
 @kernel
+def random_costs(lengths: NDArray[np.float64], seed: np.uint64) -> NDArray[np.float64]:
+    """Each length times a random number from 1 to 2: cheapest paths then differ, and wait."""
+    costs = np.empty(len(lengths))
+    for edge in range(len(lengths)):
+        costs[edge] = lengths[edge] * (1.0 + unit(draw(seed, edge)))
+    return costs
+
+
+@kernel
 def state_after(
     state: int,
     tail_letter: int,
@@ -165,12 +174,17 @@ def remaining_costs(
             if accepting[state]:
                 remaining[head, state] = 0.0
         for edge in range(starts[head], starts[head + 1]):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(states):
                 if sink[state]:
                     continue
                 after = state_after(
-                    state, letters[tail], letters[head], words[edge], letters_of_words, transition
+                    state,
+                    int(letters[tail]),
+                    int(letters[head]),
+                    int(words[edge]),
+                    letters_of_words,
+                    transition,
                 )
                 cost = costs[edge] + remaining[head, after]
                 if cost < remaining[tail, state]:
@@ -241,16 +255,16 @@ def _search(
                 cheapest[:] = np.inf
                 by_edge[:] = -1
                 for edge in range(first, until):
-                    tail = sources[edge]
+                    tail = int(sources[edge])
                     run_into = max(known[edge - first], 0)
                     for state in range(task_states):
                         if cost_to[tail, state] == np.inf:
                             continue
                         after = state_after(
                             state,
-                            letters[tail],
-                            letters[head],
-                            words[edge],
+                            int(letters[tail]),
+                            int(letters[head]),
+                            int(words[edge]),
                             letters_of_words,
                             transition,
                         )
@@ -277,7 +291,7 @@ def _search(
                     if settled[state] or edge < 0:
                         continue
                     if known[edge - first] < 0:
-                        count = connection(limits, states, sources[edge], head, pieces)
+                        count = connection(limits, states, int(sources[edge]), head, pieces)
                         counters[0] += 1
                         known[edge - first] = hits(
                             tracks,

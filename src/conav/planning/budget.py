@@ -1,13 +1,14 @@
 """How much a solver may do, and whom it tells how far it is."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.errors import InputError
+from conav.planning.types import Trajectory
 
 _GROWING = 0.85
 """Of a budget of time, the share in which graphs grow: the rest is for the last answers."""
@@ -21,6 +22,9 @@ class Progress:
     iteration: int
     samples: int  # drawn by each robot
     costs: NDArray[np.float64]  # (robots, components), infinite without a path: a copy
+    history: Sequence[Mapping[str, object]] = ()  # improvements so far; grows on
+    trajectories: Callable[[], tuple[Trajectory | None, ...]] = tuple
+    """The plan as it is now."""
 
 
 OnProgress = Callable[[Progress], bool | None]
@@ -67,9 +71,17 @@ class Budget:
         self.iteration += 1
         return more
 
-    def tell(self, stage: str, costs: NDArray[np.float64]) -> None:
+    def tell(
+        self,
+        stage: str,
+        costs: NDArray[np.float64],
+        history: Sequence[Mapping[str, object]],
+        trajectories: Callable[[], tuple[Trajectory | None, ...]],
+    ) -> None:
         """Tells how far it is, and hears whether to go on."""
         if self.on_progress is not None:
-            progress = Progress(stage, self.iteration, self.drawn, costs.copy())
+            progress = Progress(
+                stage, self.iteration, self.drawn, costs.copy(), history, trajectories
+            )
             if self.on_progress(progress) is False:
                 self.stopped = True

@@ -21,6 +21,11 @@ class Draws:
         self.made += 1
         return int(_below(self.seed, self.made, count))
 
+    def seed_of_next(self) -> np.uint64:
+        """A seed for draws of its own."""
+        self.made += 1
+        return np.uint64(int(self.seed) ^ (self.made << 24))
+
     def shuffled(self, members: Sequence[int]) -> list[int]:
         """The members in a random order."""
         order = list(members)

@@ -42,6 +42,7 @@ from conav.planning.graph import (
     RobotGraph,
     cell_of,
     insert,
+    width,
 )
 from conav.planning.labels import in_polygon
 from conav.planning.obstacles import segment_free
@@ -52,7 +53,7 @@ _DRAWS = 64  # of a sample
 _TRIES = 8  # to hit a region from its bounding box
 _DEPTH = 1e-6  # [m] straight ways end that far inside a region
 _FEW = 400  # vertices that are looked through faster than cells
-_RINGS = 3  # of cells around a sample that are looked through before all vertices are
+_RINGS = 5  # of cells around a sample that are looked through before all vertices are
 MAX_CHAIN = 256
 """Vertices of a straight way."""
 
@@ -339,12 +340,19 @@ def _some_near(
     """Some vertex within the radius from which (x, y, t) can be reached in time, -1 for none."""
     columns = int(box[COLUMNS])
     rows = int(box[ROWS])
-    column = min(max(int((x - box[LEFT]) / box[CELL]), 0), columns - 1)
-    row = min(max(int((y - box[LOW]) / box[CELL]), 0), rows - 1)
-    layer = min(max(int(speed * t / box[CELL]), 0), int(box[LAYERS]) - 1)
-    for z in range(layer, max(layer - 1, 0) - 1, -1):
-        for v in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-            for u in range(max(column - 1, 0), min(column + 1, columns - 1) + 1):
+    layers = int(box[LAYERS])
+    cell = box[CELL]
+    layer = min(max(int(speed * t / cell), 0), layers - 1)
+    for z in range(layer, max(int((speed * t - radius) / cell), 0) - 1, -1):
+        wide = width(z, layers, cell, speed * t, radius)
+        for v in range(
+            max(int((y - wide - box[LOW]) / cell), 0),
+            min(int((y + wide - box[LOW]) / cell), rows - 1) + 1,
+        ):
+            for u in range(
+                max(int((x - wide - box[LEFT]) / cell), 0),
+                min(int((x + wide - box[LEFT]) / cell), columns - 1) + 1,
+            ):
                 old = heads[(z * rows + v) * columns + u]
                 while old >= 0:
                     dx = x - states[old, 0]

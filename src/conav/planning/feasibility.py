@@ -5,10 +5,11 @@ paper's own tables a third of the robots at the crossing never get a path. So as
 a path of its own but none past the others, all are planned anew on the same graphs:
 
 1. In random orders, each heeding those before it. One that finds no path goes to the front of the
-   next order.
+   next order. From the second order on robots choose by random costs, so that those with the
+   choice also wait, or go around.
 2. By repair, as MAPF-LNS2 does on grids [Li2022]: everybody takes a path that hits the fewest
    others, then again and again a robot that hits somebody, and those it hits, take their paths
-   anew in a random order; what hits more pairs than before is taken back.
+   anew in a random order and by random costs; what hits more pairs than before is taken back.
 
 How many repairs one call makes follows Luby's sequence [Luby1993], so that neither a hard scene
 waits for more samples nor an easy one for more tries. Where nothing is found all is as before.
@@ -36,6 +37,7 @@ class Feasibility:
     draws: Draws
     orders: int  # in a call
     repairs: int  # in a call, times Luby's number
+    samples: int  # more for each robot in trouble, in a call
     calls: int = 0
 
     def find(self, team: Team, robots: list[int], budget: Budget) -> bool:
@@ -58,7 +60,7 @@ class Feasibility:
     def _in_orders(self, team: Team, robots: list[int], first: list[int], budget: Budget) -> bool:
         """Prioritized planning, those in `first` before the others of each order."""
         front = list(first)
-        for _ in range(self.orders):
+        for attempt in range(self.orders):
             if budget.out_of_time:
                 return False
             others = self.draws.shuffled([robot for robot in robots if robot not in front])
@@ -66,7 +68,8 @@ class Feasibility:
                 team.drop(robot)
             stuck = None
             for robot in [*front, *others]:
-                response = team.best_path(robot, team.everybody())
+                whim = self.draws.seed_of_next() if attempt > 0 else None
+                response = team.best_path(robot, team.everybody(), whim=whim)
                 if response is None:
                     stuck = robot
                     break
@@ -83,7 +86,12 @@ class Feasibility:
         for robot in robots:
             if team.paths[robot] is None:
                 self._least_hits(team, robot)
-        hit = hit_pairs(team)
+        hit = np.zeros((team.size, team.size), np.bool_)
+        renew_pairs(team, robots, hit)
+        # Those in trouble look around the way they would like to go.
+        for robot in np.flatnonzero(hit.any(axis=1)).tolist():
+            team.grow(robot, self.samples)
+            team.count("extra_samples", self.samples)
         for _ in range(self.repairs * luby(self.calls)):
             troubled = np.flatnonzero(hit.any(axis=1))
             if not len(troubled):
@@ -105,7 +113,8 @@ class Feasibility:
                 team.drop(each)
             for each in together:
                 self._least_hits(team, each)
-            now = hit_pairs(team)
+            now = hit.copy()
+            renew_pairs(team, together, now)
             if now.sum() <= hit.sum():
                 hit = now
                 continue
@@ -115,14 +124,16 @@ class Feasibility:
         return not hit.any()
 
     def _least_hits(self, team: Team, robot: int) -> None:
-        response = team.best_path(robot, team.everybody(), MAX_HITS)
+        whim = self.draws.seed_of_next()
+        response = team.best_path(robot, team.everybody(), MAX_HITS, whim)
         assert response is not None, "an active robot has a path when hits are tolerated"
         team.adopt(robot, response)
 
 
-def hit_pairs(team: Team) -> NDArray[np.bool_]:
-    """Which robots come too close to which, (robots, robots)."""
-    return np.array([team.traffic.conflicts(robot) for robot in range(team.size)])
+def renew_pairs(team: Team, robots: list[int], hit: NDArray[np.bool_]) -> None:
+    """Writes which robots come too close to these into the table, (robots, robots)."""
+    for robot in robots:
+        hit[robot] = hit[:, robot] = team.traffic.conflicts(robot)
 
 
 def luby(number: int) -> int:

@@ -119,8 +119,8 @@ def _descend(
     depth = 0
     arrived = True  # at a new place, which may be the end
     while depth >= 0:
-        tail = on_path[depth]
-        state = on_state[depth]
+        tail = int(on_path[depth])
+        state = int(on_state[depth])
         cost = on_cost[depth]
         if arrived:
             counters[1] += 1
@@ -145,9 +145,14 @@ def _descend(
             continue
         edge = out_edges[tried[depth]]
         tried[depth] += 1
-        head = heads[edge]
+        head = int(heads[edge])
         after = state_after(
-            state, letters[tail], letters[head], words[edge], letters_of_words, transition
+            state,
+            int(letters[tail]),
+            int(letters[head]),
+            int(words[edge]),
+            letters_of_words,
+            transition,
         )
         next_cost = cost + costs[edge]
         if next_cost + remaining[head, after] >= bound or next_cost >= in_vain[head, after]:

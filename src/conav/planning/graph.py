@@ -17,6 +17,7 @@ the convergence of iNash needs. Mode "forward" has about twice the edges for the
 How vertices are found is no part of the rule (`conav.planning.extend`).
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -24,7 +25,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.planning.labels import MAX_EVENTS, UNCLEAR, Regions, on_border, point_label, segment_word
+from conav.planning.labels import (
+    MAX_EVENTS,
+    UNCLEAR,
+    Regions,
+    meets_regions,
+    on_border,
+    point_label,
+    segment_word,
+)
 from conav.planning.obstacles import Obstacles, segment_free
 from conav.planning.radius import connection_radius
 from conav.planning.steering import MAX_PIECES, SPEED, STATE, connection, connection_length
@@ -51,6 +60,27 @@ ONE_CHANGE = -1
 """Instead of a place in `words`: the edge changes the label to that of its end, or not at all."""
 
 MAX_CELLS = 1 << 20
+_CELLS = 2  # of a graph in the greatest radius
+
+# Boxes around what may be connected are larger by that, far above rounding.
+_MORE = 1.0 + 1e-9
+_MARGIN = 1e-9  # [m]
+
+
+Memory = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]
+
+SurroundingArrays = tuple[
+    NDArray[np.float64],
+    NDArray[np.int32],
+    NDArray[np.int32],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.int64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]
 
 
 class Surroundings(NamedTuple):
@@ -63,8 +93,12 @@ class Surroundings(NamedTuple):
     rule: NDArray[np.float64]
 
     @property
-    def arrays(self) -> tuple[NDArray[np.generic], ...]:
-        return (*self.obstacles, *self.regions, self.masks, self.limits, self.rule)
+    def arrays(self) -> "SurroundingArrays":
+        grid, starts, items, shapes = self.obstacles
+        discs, rings, sides = self.regions
+        return (
+            grid, starts, items, shapes, discs, rings, sides, self.masks, self.limits, self.rule
+        )  # fmt: skip
 
 
 class Graph(NamedTuple):
@@ -91,7 +125,7 @@ class RobotGraph:
 
     surroundings: Surroundings
     arrays: Graph
-    memory: tuple[NDArray[np.generic], ...] = field(default_factory=lambda: scratch())
+    memory: "Memory" = field(default_factory=lambda: scratch())
 
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -112,20 +146,22 @@ class RobotGraph:
         return connection_radius(count, float(rule[GAMMA]), float(rule[ETA]), int(rule[ROOT]))
 
     def enlarge(self) -> None:
-        """Twice the room for whatever is more than half full."""
+        """Twice the room for whatever is more than half full, and for all where nothing is."""
         graph = self.arrays
+        used = {
+            "states": graph.counts[VERTICES],
+            "links": graph.counts[VERTICES],
+            "edges": graph.counts[EDGES],
+            "lengths": graph.counts[EDGES],
+            "words": graph.counts[WORDS],
+        }
+        full = [name for name in used if 2 * used[name] >= len(getattr(graph, name))]
         longer: dict[str, NDArray[np.generic]] = {}
-        for names, used in (
-            (("states", "links"), graph.counts[VERTICES]),
-            (("edges", "lengths"), graph.counts[EDGES]),
-            (("words",), graph.counts[WORDS]),
-        ):
-            for name in names:
-                old = getattr(graph, name)
-                if 2 * used >= len(old):
-                    new = np.empty((2 * len(old), *old.shape[1:]), old.dtype)
-                    new[: len(old)] = old
-                    longer[name] = new
+        for name in full or used:
+            old = getattr(graph, name)
+            new = np.empty((2 * len(old), *old.shape[1:]), old.dtype)
+            new[: len(old)] = old
+            longer[name] = new
         self.arrays = graph._replace(**longer)
 
     def insert(self, states: NDArray[np.float64]) -> int:
@@ -142,7 +178,7 @@ class RobotGraph:
         return added
 
 
-def scratch() -> tuple[NDArray[np.generic], ...]:
+def scratch() -> "Memory":
     """Memory for kernels to work in: places, word, pieces."""
     return (
         np.empty(MAX_EVENTS),
@@ -160,7 +196,7 @@ def build_graph(
     """The graph of the start alone, shape (STATE,), its letter being one of the task's."""
     x0, y0, x1, y1 = bounds
     extent = surroundings.limits[SPEED] * horizon_s
-    cell = float(surroundings.rule[ETA])
+    cell = float(surroundings.rule[ETA]) / _CELLS
     while ((x1 - x0) / cell + 1) * ((y1 - y0) / cell + 1) * (extent / cell + 1) > MAX_CELLS:
         cell *= 2
     columns, rows, layers = (int(size / cell) + 1 for size in (x1 - x0, y1 - y0, extent))
@@ -200,6 +236,22 @@ def cell_of(box: NDArray[np.float64], speed: float, x: float, y: float, t: float
     row = min(max(int((y - box[LOW]) / box[CELL]), 0), int(box[ROWS]) - 1)
     layer = min(max(int(speed * t / box[CELL]), 0), int(box[LAYERS]) - 1)
     return (layer * int(box[ROWS]) + row) * int(box[COLUMNS]) + column
+
+
+@kernel
+def width(z: int, layers: int, cell: float, at: float, radius: float) -> float:
+    """How far away, at most, a vertex of layer z can be that has an edge to one at v t = `at`.
+
+    The robot is no faster than v, and the radius bounds both together. In the last layer are all
+    later times.
+    """
+    low = z * cell - at
+    high = low + cell if z < layers - 1 else max(low + cell, radius)
+    nearest = max(low, -high, 0.0)
+    farthest = max(high, -low)
+    if nearest >= radius:
+        return 0.0
+    return min(farthest, math.sqrt(radius * radius - nearest * nearest)) * _MORE + _MARGIN
 
 
 @kernel
@@ -256,12 +308,21 @@ def insert(
     columns = int(box[COLUMNS])
     rows = int(box[ROWS])
     layers = int(box[LAYERS])
-    column = min(max(int((x - box[LEFT]) / box[CELL]), 0), columns - 1)
-    row = min(max(int((y - box[LOW]) / box[CELL]), 0), rows - 1)
-    layer = min(max(int(speed * t / box[CELL]), 0), layers - 1)
-    for z in range(max(layer - 1, 0), min(layer + (1 if forward else 0), layers - 1) + 1):
-        for v in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-            for u in range(max(column - 1, 0), min(column + 1, columns - 1) + 1):
+    cell = box[CELL]
+    layer = min(max(int(speed * t / cell), 0), layers - 1)
+    farthest = radius * _MORE
+    last_layer = min(int((speed * t + farthest) / cell), layers - 1) if forward else layer
+    for z in range(max(int((speed * t - farthest) / cell), 0), last_layer + 1):
+        # No place of this layer that has an edge to the vertex is farther away than `wide`.
+        wide = width(z, layers, cell, speed * t, farthest)
+        for v in range(
+            max(int((y - wide - box[LOW]) / cell), 0),
+            min(int((y + wide - box[LOW]) / cell), rows - 1) + 1,
+        ):
+            for u in range(
+                max(int((x - wide - box[LEFT]) / cell), 0),
+                min(int((x + wide - box[LEFT]) / cell), columns - 1) + 1,
+            ):
                 old = heads[(z * rows + v) * columns + u]
                 while old >= 0:
                     other = old
@@ -293,12 +354,14 @@ def insert(
                     first = label
                     last = label
                     if tail == new:
-                        last = masks[links[other, LETTER]]
+                        last = int(masks[links[other, LETTER]])
                     else:
-                        first = masks[links[other, LETTER]]
-                    changes = segment_word(
-                        discs, rings, sides, ax, ay, bx, by, first, last, places, word
-                    )
+                        first = int(masks[links[other, LETTER]])
+                    changes = 0
+                    if first != last or meets_regions(discs, rings, ax, ay, bx, by):
+                        changes = segment_word(
+                            discs, rings, sides, ax, ay, bx, by, first, last, places, word
+                        )
                     if changes == UNCLEAR or (changes > 1 and not forward):
                         continue
                     if edge == len(edges):
@@ -337,9 +400,9 @@ def insert(
         return REFUSED
     counts[EDGES] = edge
     counts[WORDS] = place
-    cell = (layer * rows + row) * columns + column
+    place = cell_of(box, speed, x, y, t)
     links[new, LETTER] = letter
-    links[new, BEFORE] = heads[cell]
-    heads[cell] = new
+    links[new, BEFORE] = heads[place]
+    heads[place] = new
     counts[VERTICES] = new + 1
     return ADDED

@@ -35,11 +35,11 @@ class Cells(NamedTuple):
 
 
 def build_cells(
-    obstacles: Obstacles, bounds: tuple[float, float, float, float], radius_m: float
+    obstacles: Obstacles, bounds: tuple[float, float, float, float], cell_m: float
 ) -> Cells:
-    """The cells and free moves; half a radius wide, or wider where there were too many."""
+    """The cells and free moves; as wide as asked, or wider where there were too many."""
     x0, y0, x1, y1 = bounds
-    cell = radius_m / 2.0
+    cell = cell_m
     while (x1 - x0) * (y1 - y0) / (cell * cell) > MAX_CELLS:
         cell *= 1.25
     columns, rows = int((x1 - x0) / cell) + 1, int((y1 - y0) / cell) + 1
@@ -211,16 +211,16 @@ def _search(
             to = v * columns + u
             state = _state_after(
                 discs, rings, sides, masks, transition, x, y, to_x, to_y, start_label,
-                labels[to], start_state, places, word,
+                int(labels[to]), start_state, places, word,
             )  # fmt: skip
             if state < 0 or sink[state]:
                 continue
             node = to * states + state
             cost[node] = math.sqrt((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y))
-            size = _push(heap, size, cost[node], node)
+            size = _push(heap, size, float(cost[node]), node)
     last = -1
     while size > 0:
-        key = heap[0, 0]
+        key = float(heap[0, 0])
         node = int(heap[0, 1])
         size = _pop(heap, size)
         if key > cost[node]:
@@ -241,12 +241,15 @@ def _search(
             u = column + STEPS[step, 0]
             to = v * columns + u
             length = cell * 1.4142135623730951 if step % 2 == 1 else cell
-            if key + length >= cost[to * states : (to + 1) * states].max():
+            useful = False
+            for after in range(states):
+                useful |= key + length < cost[to * states + after] and not sink[after]
+            if not useful:
                 continue
             after = _state_after(
                 discs, rings, sides, masks, transition, from_x, from_y,
-                left + (u + 0.5) * cell, low + (v + 0.5) * cell, labels[at], labels[to], state,
-                places, word,
+                left + (u + 0.5) * cell, low + (v + 0.5) * cell, int(labels[at]),
+                int(labels[to]), state, places, word,
             )  # fmt: skip
             if after < 0 or sink[after]:
                 continue

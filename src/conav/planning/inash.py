@@ -66,7 +66,10 @@ class _Game:
         self.budget = budget
         self.draws = Draws(robot_seed(seed, "/order"))
         self.feasibility = Feasibility(
-            Draws(robot_seed(seed, "/feasibility")), settings.orders, settings.repairs
+            Draws(robot_seed(seed, "/feasibility")),
+            settings.orders,
+            settings.repairs,
+            settings.batch,
         )
 
     def iterate(self, samples: int) -> None:
@@ -86,7 +89,7 @@ class _Game:
                 stage = "game"
                 self.round(active)
         team.note(budget, stage)
-        budget.tell(stage, team.costs)
+        team.tell(budget, stage)
 
     def round(self, active: list[int]) -> bool:
         """Whether somebody found a better path, each of the active having been asked once.
@@ -113,14 +116,12 @@ class _Game:
         team = self.team
         heed = team.everybody()
         found = team.better_path(robot, heed, first=self.settings.response == "first")
-        if found is None:
-            return False
-        team.adopt(robot, found)
-        if team.straighten(robot, heed):
-            straighter = team.better_path(robot, heed)
-            if straighter is not None:
-                team.adopt(robot, straighter)
-        return True
+        if found is not None:
+            team.adopt(robot, found)
+        straighter = team.better_path(robot, heed) if team.straighten(robot, heed) else None
+        if straighter is not None:
+            team.adopt(robot, straighter)
+        return found is not None or straighter is not None
 
     def ordered(self, robots: list[int]) -> list[int]:
         """The robots in the order of a round."""
@@ -143,7 +144,7 @@ class _Game:
                     team.count("messages")
             team.count("last_rounds")
             team.note(self.budget, "last answers")
-            self.budget.tell("last answers", team.costs)
+            team.tell(self.budget, "last answers")
             if not improved:
                 return True
         return False

@@ -135,6 +135,37 @@ def on_border(
 
 
 @kernel
+def meets_regions(
+    discs: NDArray[np.float64],
+    rings: NDArray[np.float64],
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+) -> bool:
+    """Whether the boxes around a line and around a region meet: else it has no word to find."""
+    left = min(ax, bx) - SAME
+    right = max(ax, bx) + SAME
+    low = min(ay, by) - SAME
+    high = max(ay, by) + SAME
+    for i in range(len(discs)):
+        x = discs[i, 0]
+        y = discs[i, 1]
+        r = discs[i, 2]
+        if left <= x + r and right >= x - r and low <= y + r and high >= y - r:
+            return True
+    for i in range(len(rings)):
+        if (
+            left <= rings[i, 4]
+            and right >= rings[i, 2]
+            and low <= rings[i, 5]
+            and high >= rings[i, 3]
+        ):
+            return True
+    return False
+
+
+@kernel
 def segment_word(
     discs: NDArray[np.float64],
     rings: NDArray[np.float64],

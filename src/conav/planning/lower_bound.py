@@ -9,6 +9,9 @@ from conav.planning.letters import Task, point_distance, region_distance
 from conav.planning.types import PlanningProblem, PlanningRobot
 from conav.tasks.automaton import INITIAL
 
+_Node = tuple[int, int, int]
+"""State, letter, and where from: a letter with regions, or -1 for the start."""
+
 
 def shortest_length(robot: PlanningRobot, task: Task, start_letter: int) -> float:
     """A length [m] that every path which does the task has at least; infinite if none can.
@@ -17,13 +20,12 @@ def shortest_length(robot: PlanningRobot, task: Task, start_letter: int) -> floa
     farthest region from the label before that had one, or from the start.
     """
     between = _distances(task)
-    from_start = [point_distance(*robot.start[:2], region) for region in task.regions]
+    from_start = [point_distance(robot.start[0], robot.start[1], region) for region in task.regions]
     automaton = task.automaton
     masks: list[int] = task.masks.tolist()
-    # (state, letter, where from): a letter with regions, or -1 for the start.
-    first = (int(automaton.transition[INITIAL, start_letter]), start_letter, -1)
-    best = {first: 0.0}
-    heap = [(0.0, first)]
+    first: _Node = (int(automaton.transition[INITIAL, start_letter]), start_letter, -1)
+    best: dict[_Node, float] = {first: 0.0}
+    heap: list[tuple[float, _Node]] = [(0.0, first)]
     while heap:
         length, node = heapq.heappop(heap)
         if length > best[node]:
@@ -61,9 +63,9 @@ def sum_bound(problem: PlanningProblem, lengths: list[float]) -> float:
 
 
 def _distances(task: Task) -> NDArray[np.float64]:
-    return np.array([[region_distance(a, b) for b in task.regions] for a in task.regions]).reshape(
-        len(task.regions), -1
-    )
+    count = len(task.regions)
+    distances = [region_distance(a, b) for a in task.regions for b in task.regions]
+    return np.array(distances).reshape(count, count)
 
 
 def _bits(mask: int) -> list[int]:

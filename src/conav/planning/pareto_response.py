@@ -9,7 +9,8 @@ the present cost everywhere.
 
 A better response is one that is at least as good in every component and better in one. (The paper
 writes a partial order without saying whether all must be strictly better [Zhu2014, Definition 2];
-this is dominance.) Of all better ones the lexicographically least is taken: nothing dominates it.
+this is dominance.) Of all better ones that with the least sum of its components is taken, of equals
+the lexicographically first: nothing dominates it.
 """
 
 import numpy as np
@@ -140,7 +141,9 @@ def _search(
     label_until = np.zeros((size, task_states), np.int64)
     used = 0
     best = np.full(parts, np.inf)
+    least = np.inf  # the sum of the best
     best_label = -1
+    nothing = np.zeros(parts)
     pieces = np.empty((MAX_PIECES, PIECE))
     rest = np.zeros((1, PIECE))
     for head in range(size):
@@ -148,7 +151,7 @@ def _search(
         until_edge = starts[head + 1]
         room = 0
         for edge in range(first_edge, until_edge):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(task_states):
                 room += label_until[tail, state] - label_first[tail, state]
         room = max(room, 1)
@@ -163,15 +166,15 @@ def _search(
             if _can_better(candidates[0], remaining[0, start_state], present):
                 count = 1
         for edge in range(first_edge, until_edge):
-            tail = sources[edge]
+            tail = int(sources[edge])
             for state in range(task_states):
                 if label_first[tail, state] == label_until[tail, state]:
                     continue
                 after = state_after(
                     state,
-                    letters[tail],
-                    letters[head],
-                    words[edge],
+                    int(letters[tail]),
+                    int(letters[head]),
+                    int(words[edge]),
                     letters_of_words,
                     transition,
                 )
@@ -212,7 +215,7 @@ def _search(
                 edge = origin[candidate, 1]
                 if edge >= 0:
                     if known[edge - first_edge] < 0:
-                        pieces_count = connection(limits, states, sources[edge], head, pieces)
+                        pieces_count = connection(limits, states, int(sources[edge]), head, pieces)
                         counters[0] += 1
                         known[edge - first_edge] = hits(
                             tracks,
@@ -236,22 +239,30 @@ def _search(
             label_until[head, state] = used
             if not accepting[state]:
                 continue
+            clear = -1  # all labels of this pair rest at the same place and time
             for label in range(label_first[head, state], used):
-                if not _before(label_cost[label], best) or not _can_better(
-                    label_cost[label], np.zeros(parts), present
-                ):
+                total = label_cost[label].sum()
+                if total > least or (total == least and not _before(label_cost[label], best)):
                     continue
-                if stays and states[head, 2] < horizon:
-                    rest[0, 0] = states[head, 2]
-                    rest[0, 1] = horizon
-                    rest[0, 2] = states[head, 0]
-                    rest[0, 3] = states[head, 1]
-                    counters[0] += 1
-                    if hits(tracks, sizes, firsts, boxes, bodies, span, robot, heed, rest, 1, 1):
-                        break  # the others of this pair rest at the same place and time
+                if not _can_better(label_cost[label], nothing, present):
+                    continue
+                if clear < 0:
+                    clear = 1
+                    if stays and states[head, 2] < horizon:
+                        rest[0, 0] = states[head, 2]
+                        rest[0, 1] = horizon
+                        rest[0, 2] = states[head, 0]
+                        rest[0, 3] = states[head, 1]
+                        counters[0] += 1
+                        if hits(
+                            tracks, sizes, firsts, boxes, bodies, span, robot, heed, rest, 1, 1
+                        ):
+                            clear = 0
+                if clear == 0:
+                    break
+                least = total
                 best[:] = label_cost[label]
                 best_label = label
-                break  # the others come after it
     counters[1] += used
     if best_label < 0:
         return np.empty(0, np.int64), np.inf

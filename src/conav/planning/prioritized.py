@@ -36,7 +36,7 @@ class Prioritized(GraphSettings):
             samples = budget.next_batch(self.batch)
             for robot in range(team.size):
                 team.grow(robot, samples)
-            budget.tell("sampling", team.costs)
+            team.tell(budget, "sampling")
         for robot in range(team.size):
             before = team.only(range(robot))
             found = team.best_path(robot, before)

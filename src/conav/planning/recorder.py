@@ -2,21 +2,23 @@
 
 import os
 import platform
-import re
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
-from math import atan2, cos, pi, sin
+from math import atan2, cos, isfinite, pi, sin
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conav.planning.budget import Progress
 from conav.planning.recorded import problem_record
 from conav.planning.trajectory import headings, polyline, positions
 from conav.planning.types import DUBINS_CAR, PlanningProblem, PlanningResult, Region, Trajectory
-from conav.runs.plan_writer import Colour, PlanWriter
+from conav.runs.plan_writer import PlanWriter
+from conav.runs.scenery_writer import Colour
 from conav.runs.schemas import FORMAT
+from conav.runs.topic_names import topic_names
 
 POSE_EVERY_S = 0.2  # [s] of the plan, between two poses on the ROS topics
 _CIRCLE = 48  # corners of a disc that is drawn as a line
@@ -45,6 +47,7 @@ class PlanRecorder:
     ) -> None:
         self._problem = problem
         self._trajectories: list[Trajectory | None] = [None] * len(problem.robots)
+        self._entries = 0  # of the history, written
         self._names = topic_names([robot.name for robot in problem.robots])
         self._writer = PlanWriter(path)
         header = {
@@ -79,16 +82,31 @@ class PlanRecorder:
         self, entry: Mapping[str, Any], trajectories: Sequence[Trajectory | None]
     ) -> None:
         """Write an entry of the history (plain JSON, no wall times) and what has changed."""
-        self._writer.improvement(dict(entry))
+        self._writer.improvement(_plain(entry))
+        self._entries += 1
         self._changed(trajectories)
+
+    def follow(self, progress: Progress) -> None:
+        """Write what a solver has found since it was last listened to; give it as `on_progress`.
+
+        Entries of the history that came together lead to the plan as it is after the last.
+        """
+        fresh = progress.history[self._entries :]
+        if fresh:
+            for entry in fresh:
+                self._writer.improvement(_plain(entry))
+            self._entries += len(fresh)
+            self._changed(progress.trajectories())
 
     def finish(
         self, result: PlanningResult, *, compute_s: float, interrupted: bool = False
     ) -> None:
-        """Write the result and its graphs, then paths and poses for ROS 2.
+        """Write the rest of the history, the result and its graphs, then paths and poses for ROS 2.
 
         `compute_s` is wall time, and no part of the digest.
         """
+        for entry in result.history[self._entries :]:
+            self._writer.improvement(_plain(entry))
         self._changed(result.trajectories)
         for robot, vertices in enumerate(result.graphs):
             self._writer.graph(robot, vertices)
@@ -172,22 +190,6 @@ class PlanRecorder:
             )
 
 
-def topic_names(names: Sequence[str]) -> list[str]:
-    """Names as ROS 2 allows them in topics, all different.
-
-    >>> topic_names(["robot_0", "my robot", "my-robot", "7"])
-    ['robot_0', 'my_robot', 'my_robot_2', 'robot_7']
-    """
-    found: list[str] = []
-    for number, name in enumerate(names):
-        plain = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")
-        plain = plain if plain[:1].isalpha() else f"robot_{plain or number}"
-        while plain in found:
-            plain += f"_{number}"
-        found.append(plain)
-    return found
-
-
 def _wrapped(angle: float) -> float:
     return atan2(sin(angle), cos(angle))
 
@@ -205,10 +207,15 @@ def _discs(discs: NDArray[np.float64]) -> list[tuple[float, float, float]]:
     return [(x, y, radius) for x, y, radius in discs.tolist()]
 
 
+def _plain(value: Any) -> Any:
+    """JSON without infinite numbers: None in their place."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in cast("Mapping[Any, Any]", value).items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in cast("Sequence[Any]", value)]
+    return None if isinstance(value, float) and not isfinite(value) else value
+
+
 def _numbers(array: NDArray[np.float64] | None) -> Any:
-    """An array as lists, None where a number is infinite or unknown, as JSON has it."""
-    if array is None:
-        return None
-    if array.ndim > 1:
-        return [_numbers(row) for row in array]
-    return [number if np.isfinite(number) else None for number in array.tolist()]
+    """An array as lists, None where a number is infinite or all is unknown."""
+    return None if array is None else _plain(array.tolist())

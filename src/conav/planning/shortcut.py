@@ -17,7 +17,7 @@ from conav.compiled import kernel
 from conav.games.splitmix64 import below, draw, unit
 from conav.planning.extend import nearest_in
 from conav.planning.graph import RobotGraph, letter_of
-from conav.planning.labels import MAX_EVENTS, UNCLEAR, point_label, segment_word
+from conav.planning.labels import MAX_EVENTS, UNCLEAR, on_border, point_label, segment_word
 from conav.planning.obstacles import segment_free
 from conav.planning.steering import AT_MOST, SPEED, STATE
 from conav.planning.traffic import Traffic, hits
@@ -260,6 +260,8 @@ def _task_done(
         return False
     state = transition[INITIAL, letter]
     for i in range(1, size):
+        if on_border(discs, rings, sides, rows[i, 0], rows[i, 1]):
+            return False  # no vertex may be there
         after = point_label(discs, rings, sides, rows[i, 0], rows[i, 1])
         changes = segment_word(
             discs,
@@ -282,7 +284,7 @@ def _task_done(
                 return False
             state = transition[state, letter]
         label = after
-    return accepting[state]
+    return bool(accepting[state])
 
 
 def between(graph: RobotGraph, path: NDArray[np.float64], room: int) -> NDArray[np.float64]:

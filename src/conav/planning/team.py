@@ -15,7 +15,9 @@ from conav.planning.best_response import (
     Response,
     Roads,
     best_response,
+    edge_costs,
     make_roads,
+    random_costs,
 )
 from conav.planning.budget import Budget
 from conav.planning.extend import Sampler, grow
@@ -42,6 +44,9 @@ from conav.planning.steering import STATE, build_limits, path_costs, pieces_of, 
 from conav.planning.traffic import Traffic, build_traffic
 from conav.planning.types import PlanningProblem, PlanningResult, Trajectory
 from conav.status import Status
+
+GUIDE_CELLS = (1.0, 0.5)
+"""Sizes of the cells that are tried for a guide, in radii of the robot."""
 
 GUIDE_TRIES = 1000
 """At straightening a guide."""
@@ -106,14 +111,22 @@ class Team:
         if not self.settings.guide or self.settings.mode == "paper":
             return
         problem = self.problem
-        cells: dict[float, Cells] = {}
+        cells: dict[tuple[float, float], Cells] = {}
+
+        def found(robot: int, cell: float) -> NDArray[np.float64] | None:
+            graph = self.graphs[robot]
+            radius = problem.robots[robot].radius_m
+            key = radius, cell
+            if key not in cells:
+                obstacles = graph.surroundings.obstacles
+                cells[key] = build_cells(obstacles, problem.floor.bounds, radius * cell)
+            automaton = self.tasks[robot].automaton
+            return guide_path(graph, cells[key], automaton, problem.horizon_s)
+
         for robot, at in enumerate(problem.robots):
             graph = self.graphs[robot]
-            if at.radius_m not in cells:
-                obstacles = graph.surroundings.obstacles
-                cells[at.radius_m] = build_cells(obstacles, problem.floor.bounds, at.radius_m)
-            automaton = self.tasks[robot].automaton
-            path = guide_path(graph, cells[at.radius_m], automaton, problem.horizon_s)
+            paths = (found(robot, cell) for cell in GUIDE_CELLS)
+            path = next((path for path in paths if path is not None), None)
             if path is None:
                 continue
             self.guides[robot] = self._straightened(robot, path, self.only([]), GUIDE_TRIES)
@@ -140,7 +153,8 @@ class Team:
             arranged = arrange(self.graphs[robot].arrays)
             automaton = self.tasks[robot].automaton
             self.roads[robot] = tuple(
-                make_roads(arranged, automaton, component) for component in self.problem.costs
+                make_roads(arranged, automaton, edge_costs(arranged, component))
+                for component in self.problem.costs
             )
         return self.roads[robot]
 
@@ -154,14 +168,25 @@ class Team:
             [[roads.alone for roads in self.roads_of(robot)] for robot in range(self.size)]
         )
 
-    def best_path(self, robot: int, heed: NDArray[np.bool_], tolerated: int = 0) -> Response | None:
+    def best_path(
+        self,
+        robot: int,
+        heed: NDArray[np.bool_],
+        tolerated: int = 0,
+        whim: np.uint64 | None = None,
+    ) -> Response | None:
         """The robot's best path given the heeded robots, in the first component of its cost.
 
-        With `tolerated` it may run into them that many times (`conav.planning.best_response`).
+        With `tolerated` it may run into them that many times (`conav.planning.best_response`); a
+        `whim` is the seed of random costs, by which it then chooses.
         """
         self.count("responses")
+        roads = self.roads_of(robot)[0]
+        if whim is not None:
+            costs = random_costs(roads.arranged.lengths, whim)
+            roads = make_roads(roads.arranged, roads.automaton, costs)
         return best_response(
-            self.roads_of(robot)[0],
+            roads,
             self.traffic,
             robot,
             self.graphs[robot].surroundings.limits,
@@ -182,7 +207,7 @@ class Team:
         roads = self.roads_of(robot)
         limits = self.graphs[robot].surroundings.limits
         present = self.costs[robot]
-        if len(roads) > 1:
+        if len(self.problem.costs) > 1:
             return pareto_response(roads, self.traffic, robot, limits, heed, present, self.tested)
         bound = float(present[0]) - LEAST_GAIN
         respond = first_response if first else best_response
@@ -279,6 +304,14 @@ class Team:
             }
         )
 
+    def tell(self, budget: Budget, stage: str) -> None:
+        """Tells who listens how far the solver is."""
+        budget.tell(stage, self.costs, self.history, self.trajectories)
+
+    def trajectories(self) -> tuple[Trajectory | None, ...]:
+        """Everybody's present trajectory."""
+        return tuple(self.trajectory(robot) for robot in range(self.size))
+
     def what_is_missing(self, missing: Sequence[int]) -> str:
         """Why a plan is not complete, in words; `missing` are the robots without a path."""
         if not missing:
@@ -315,7 +348,7 @@ class Team:
         return PlanningResult(
             status=status,
             reason=reason,
-            trajectories=tuple(self.trajectory(robot) for robot in range(self.size)),
+            trajectories=self.trajectories(),
             costs=self.costs.copy(),
             epsilon=epsilon,
             solo=self.solo() if planned else None,

@@ -36,7 +36,16 @@ class Traffic:
         self.span = self.horizon_s / self.firsts.shape[1]
 
     @property
-    def arrays(self) -> tuple[NDArray[np.generic] | float, ...]:
+    def arrays(
+        self,
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.int64],
+        NDArray[np.int64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        float,
+    ]:
         return (self.tracks, self.sizes, self.firsts, self.boxes, self.bodies, self.span)
 
     def put(self, robot: int, pieces: NDArray[np.float64]) -> None:

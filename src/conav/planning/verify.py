@@ -15,6 +15,7 @@ from conav.planning.verify_claims import (
     check_tasks,
 )
 from conav.planning.verify_clearance import NOBODY, Clearance, check_pairs, check_walls
+from conav.planning.verify_equilibrium import check_equilibrium
 from conav.planning.verify_motion import (
     check_arrivals,
     check_joints,
@@ -146,6 +147,7 @@ def verify_plan(run: PlanRun) -> PlanReport:
     if run.result is not None:
         check_costs(scene, run.result, checks["costs"])
         check_status(scene, run.result, checks["status"])
+        check_equilibrium(run, scene, checks["equilibrium"])
         check_bound(scene, run.result, checks["lower bound"])
     return _report(run, scene, tuple(checks.values()), walls, robots)
 

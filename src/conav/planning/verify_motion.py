@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.planning.verify_curves import place_at, velocity_at
-from conav.planning.verify_scene import TOLERANCE, Body, Check, Scene, Violation
+from conav.planning.verify_scene import LARGEST, TOLERANCE, Body, Check, Scene, Violation
 
 Track = NDArray[np.float64]
 
@@ -18,8 +18,8 @@ def well_formed(scene: Scene, check: Check) -> bool:
     good = True
     for _, body, track in scene.ways():
         check.looked += 1
-        if not np.isfinite(track).all():
-            problem = "has pieces that are no numbers"
+        if not (np.abs(track) <= LARGEST).all():
+            problem = "has pieces that are no numbers, or too large ones"
         elif (track[:, 1] < track[:, 0]).any():
             problem = "has a piece that ends before it begins"
         elif ((track[:, 8] != 0.0) & (track[:, 6:8] != 0.0).any(axis=1)).any():

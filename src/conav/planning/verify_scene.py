@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeGuard, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ TOLERANCE = 1e-6
 
 SHOWN = 5  # violations told in full per check
 MAX_ROBOTS = 4096
+LARGEST = 1e9  # of any number: beyond, rounding is no longer below the tolerance
 SMALLEST_RADIUS_M = 1e-4  # far above the tolerance, or walls would stop nobody
 
 MOTIONS = ("single-integrator", "double-integrator", "dubins-car")
@@ -125,7 +126,7 @@ def _scene(run: PlanRun, problem: dict[str, Any]) -> Scene:
     walls = np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
     x0, y0, x1, y1 = walls.T
     discs = np.array(problem["discs"], dtype=np.float64).reshape(-1, 3)
-    if not np.isfinite(discs).all() or (discs[:, 2:] < 0).any():
+    if not (np.abs(discs) <= LARGEST).all() or (discs[:, 2:] < 0).any():
         raise ValueError("discs that are none")
     costs = tuple(problem["costs"])
     if not costs or not set(costs) <= {"length", "duration"}:
@@ -175,16 +176,22 @@ def _area(region: dict[str, Any]) -> Area:
 
 def _points(rows: Any) -> NDArray[np.float64]:
     points = np.array(rows, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3 or not np.isfinite(points).all():
+    whole = points.ndim == 2 and points.shape[1] == 2 and len(points) >= 3
+    if not whole or not (np.abs(points) <= LARGEST).all():
         raise ValueError("a ring that is none")
     return points
 
 
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether a value from JSON is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+
+
 def _number(value: object, *, least: float | None = None) -> float:
-    """A finite number, at least so large."""
+    """A number that is not too large, and at least so large."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError(f"{value!r} is no number")
     number = float(value)
-    if not isfinite(number) or (least is not None and number < least):
+    if not abs(number) <= LARGEST or (least is not None and number < least):
         raise ValueError(f"{value!r} is out of range")
     return number

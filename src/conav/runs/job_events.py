@@ -1,5 +1,6 @@
 """What the events of each job between header and result add up to."""
 
+from itertools import pairwise
 from math import isfinite
 from typing import Any, Protocol
 
@@ -9,9 +10,13 @@ from numpy.typing import NDArray
 from conav.errors import InputError
 from conav.runs.mcap_records import Damage
 from conav.runs.schemas import (
+    BELIEF,
+    BELIEF_TOPIC,
     GRAPH,
     GRAPH_TOPIC,
     IMPROVEMENT_TOPIC,
+    LEG,
+    LEG_TOPIC,
     STEP,
     STEP_TOPIC,
     TRAJECTORY,
@@ -21,7 +26,16 @@ from conav.runs.schemas import (
     decode,
     decode_object,
 )
-from conav.runs.types import ExplorationRun, PlanRun, Run, StepRecord, TrajectoryRecord
+from conav.runs.types import (
+    ExplorationRun,
+    LegRecord,
+    PlanRun,
+    PursuitRun,
+    RegionRecord,
+    Run,
+    StepRecord,
+    TrajectoryRecord,
+)
 
 _PIECE = 9  # numbers of a piece of a trajectory
 
@@ -121,5 +135,60 @@ class PlanEvents:
         )
 
 
-JOBS: dict[str, type[JobEvents]] = {"explore": ExplorationEvents, "plan": PlanEvents}
+class PursuitEvents:
+    """Legs, and what the team believes after some of them."""
+
+    def __init__(self) -> None:
+        self._legs: list[LegRecord] = []
+        self._beliefs: dict[int, tuple[RegionRecord, ...]] = {}
+
+    @property
+    def begun(self) -> bool:
+        return True  # the header says all of the problem
+
+    def take(self, topic: str, data: bytes) -> None:
+        if topic == LEG_TOPIC:
+            message = decode(data, LEG)
+            before, after = (
+                np.array(places, dtype=np.float64).reshape(-1, 2)
+                for places in (message.before, message.after)
+            )
+            active = np.array(message.active, dtype=np.uint8)
+            if len(before) != len(active) or len(after) != len(active) or (active > 1).any():
+                raise Damage
+            self._legs.append(
+                LegRecord(message.begin_s, message.end_s, before, after, active.astype(np.bool_))
+            )
+        elif topic == BELIEF_TOPIC:
+            message = decode(data, BELIEF)
+            if message.legs != len(self._legs) or message.legs - 1 in self._beliefs:
+                raise Damage
+            self._beliefs[int(message.legs) - 1] = _regions(message)
+        else:
+            raise Damage
+
+    def run(self, **common: Any) -> PursuitRun:
+        return PursuitRun(**common, legs=self._legs, beliefs=self._beliefs)
+
+
+def _regions(message: Any) -> tuple[RegionRecord, ...]:
+    ring_ends = [0, *message.ring_ends.tolist()]
+    region_ends = [0, *message.region_ends.tolist()]
+    rises = all(a < b for ends in (ring_ends, region_ends) for a, b in pairwise(ends))
+    whole = ring_ends[-1] == len(message.outlines) and region_ends[-1] == len(ring_ends) - 1
+    if not (rises and whole and len(message.clear) == len(region_ends) - 1):
+        raise Damage
+    outlines = np.array(message.outlines, dtype=np.float64)
+    rings = [outlines[a:b].reshape(-1, 2) for a, b in pairwise(ring_ends)]
+    return tuple(
+        RegionRecord(bool(clear), tuple(rings[a:b]))
+        for clear, (a, b) in zip(message.clear.tolist(), pairwise(region_ends), strict=True)
+    )
+
+
+JOBS: dict[str, type[JobEvents]] = {
+    "explore": ExplorationEvents,
+    "plan": PlanEvents,
+    "pursue": PursuitEvents,
+}
 """By the job in a run's header."""

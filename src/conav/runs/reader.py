@@ -18,13 +18,13 @@ from conav.runs.schemas import (
     TIMING,
     decode_object,
 )
-from conav.runs.types import ExplorationRun, PlanRun, Run
+from conav.runs.types import ExplorationRun, PlanRun, PursuitRun, Run
 
 _REMEDY = "give a file written by conav with --out"
 
 
 def read_run(path: str | os.PathLike[str]) -> Run:
-    """The run in a file, an `ExplorationRun` or a `PlanRun` by the job in its header.
+    """The run in a file, of the subclass of `Run` that the job in its header has.
 
     A file cut short is read up to its last whole chunk; `intact` tells. Raises `InputError` when
     the file does not exist, is no run file, or ends before its header.
@@ -78,6 +78,14 @@ def read_plan(path: str | os.PathLike[str]) -> PlanRun:
     run = read_run(path)
     if not isinstance(run, PlanRun):
         raise _other_job(run, "give a file written by conav plan --out")
+    return run
+
+
+def read_pursuit(path: str | os.PathLike[str]) -> PursuitRun:
+    """The pursuit in a file; as `read_run`, and `InputError` when it is of another job."""
+    run = read_run(path)
+    if not isinstance(run, PursuitRun):
+        raise _other_job(run, "give a file written by conav pursue --out")
     return run
 
 

@@ -8,6 +8,8 @@ STEP = "conav_msgs/msg/Step"
 WORLD = "conav_msgs/msg/World"
 TRAJECTORY = "conav_msgs/msg/Trajectory"
 GRAPH = "conav_msgs/msg/Graph"
+LEG = "conav_msgs/msg/Leg"
+BELIEF = "conav_msgs/msg/Belief"
 STRING = "std_msgs/msg/String"
 GRID = "nav_msgs/msg/OccupancyGrid"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -47,6 +49,21 @@ float64[] pieces
 uint32 columns
 float64[] vertices
 """,
+    # Where each pursuer is at both ends, x and y by turns, and whether it sees in between.
+    LEG: """float64 begin_s
+float64 end_s
+float64[] before
+float64[] after
+uint8[] active
+""",
+    # Hidden regions after so many legs: whether each is clear, where its rings end, where each
+    # ring's numbers end, and the rings, x and y by turns, a region's outer ring first.
+    BELIEF: """uint32 legs
+uint8[] clear
+uint32[] region_ends
+uint32[] ring_ends
+float64[] outlines
+""",
 }
 
 HEADER_TOPIC = "/conav/header"
@@ -56,6 +73,8 @@ RESULT_TOPIC = "/conav/result"
 IMPROVEMENT_TOPIC = "/conav/improvement"
 TRAJECTORY_TOPIC = "/conav/trajectory"
 GRAPH_TOPIC = "/conav/graph"
+LEG_TOPIC = "/conav/leg"
+BELIEF_TOPIC = "/conav/belief"
 EVENT_TOPICS = (
     HEADER_TOPIC,
     WORLD_TOPIC,
@@ -63,6 +82,8 @@ EVENT_TOPICS = (
     IMPROVEMENT_TOPIC,
     TRAJECTORY_TOPIC,
     GRAPH_TOPIC,
+    LEG_TOPIC,
+    BELIEF_TOPIC,
     RESULT_TOPIC,
 )
 """The topics the digest covers and the verifiers read; the others are for ROS 2 tools."""

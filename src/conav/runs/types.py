@@ -79,3 +79,28 @@ class PlanRun(Run):
         """The trajectory a robot had in the end, (n, 9); None when it had none."""
         of_robot = [one.pieces for one in self.trajectories if one.robot == robot]
         return of_robot[-1] if of_robot and len(of_robot[-1]) else None
+
+
+class LegRecord(NamedTuple):
+    """All pursuers during one interval of a schedule."""
+
+    begin_s: float
+    end_s: float
+    before: NDArray[np.float64]  # (n, 2) [m]
+    after: NDArray[np.float64]  # (n, 2) [m]
+    active: NDArray[np.bool_]  # (n,)
+
+
+class RegionRecord(NamedTuple):
+    """A hidden region as the team knows it."""
+
+    clear: bool
+    rings: tuple[NDArray[np.float64], ...]  # each (m, 2) [m], the outer one first
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PursuitRun(Run):
+    """The run of a pursuit."""
+
+    legs: list[LegRecord]
+    beliefs: dict[int, tuple[RegionRecord, ...]]  # by the number of the leg they follow
