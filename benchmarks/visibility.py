@@ -3,9 +3,9 @@
     python benchmarks/visibility.py            # about a minute, kernels compiled before
 
 Floors of four families at several numbers of vertices n. `queries` are points drawn uniformly on
-the floor. `us` is one query in a compiled loop, the point located, predicates exact: the least
-mean over repetitions; `call` is one call from Python with its arrays. `corners` is the mean size of
-a polygon. `build` is the triangulation with its grid.
+the floor. `us` is one query in a compiled loop, the point located, predicates exact, the best of
+several repetitions; `call` is one call from Python with its arrays. `corners` is the mean size of a
+polygon. `build` is the triangulation with its grid.
 
 A second table has calls from Python: `sees` for two random points, `pairs` who sees whom among all
 vertices, `hidden` the hidden regions of a viewpoint whose polygon is known, and the cells of two
@@ -154,21 +154,21 @@ def measure(name: str, rings: Rings, queries: int, repeat: int, rng: np.random.G
         np.empty((size, 3)), np.empty((size, 4), np.int64),
     )  # fmt: skip
     total = look_around(*arguments)
-    loops, calls, builds = [], [], []
-    for _ in range(repeat):
-        begin = time.perf_counter()
-        look_around(*arguments)
-        loops.append(time.perf_counter() - begin)
-        begin = time.perf_counter()
-        for x, y in points[:300].tolist():
-            visibility_polygon(floor, x, y)
-        calls.append((time.perf_counter() - begin) / min(queries, 300))
-        begin = time.perf_counter()
-        floor_of(rings)
-        builds.append(time.perf_counter() - begin)
+    # In chunks short enough not to be interrupted, each at its best: others use the machine too.
+    chunks = [points[i : i + 50] for i in range(0, queries, 50)]
+    loop_s = sum(
+        best(lambda c=chunk: look_around(*arguments[:7], c, *arguments[8:]), repeat)
+        for chunk in chunks
+    )
+    calls = chunks[:6]
+    call_s = sum(
+        best(lambda c=chunk: [visibility_polygon(floor, x, y) for x, y in c], repeat)
+        for chunk in map(np.ndarray.tolist, calls)
+    )
+    build_s = best(lambda: floor_of(rings), repeat)
     print(
-        f"| {name} | {len(floor.vertices):,} | {len(rings) - 1} | {1e6 * min(loops) / queries:.2f} "
-        f"| {1e6 * min(calls):.1f} | {total / queries:.1f} | {1e3 * min(builds):.1f} |"
+        f"| {name} | {len(floor.vertices):,} | {len(rings) - 1} | {1e6 * loop_s / queries:.2f} "
+        f"| {1e6 * call_s / (50 * len(calls)):.1f} | {total / queries:.1f} | {1e3 * build_s:.1f} |"
     )
 
 
@@ -193,7 +193,7 @@ def measure_more(name: str, rings: Rings, repeat: int, rng: np.random.Generator)
     row += f"| {1e6 * hidden_s:.0f} "
     for team in (2, 3):
         groups = [views[i : i + team] for i in range(0, 60, team)]
-        cells_s = best(lambda g=groups: [view_cells(floor, g_) for g_ in g], repeat) / len(groups)
+        cells_s = sum(best(lambda g=g: view_cells(floor, g), repeat) for g in groups) / len(groups)
         row += f"| {1e6 * cells_s:.0f} "
     print(row + f"| {overlay(rings, views, repeat)} |")
 
@@ -202,11 +202,11 @@ def overlay(rings: Rings, views: list[VisibilityPolygon], repeat: int) -> str:
     whole = shapely.Polygon(rings[0], rings[1:])
     polygons = [shapely.make_valid(shapely.Polygon(view.corners)) for view in views]
 
-    def subtract() -> None:
-        for a, b in zip(polygons[::2], polygons[1::2], strict=True):
-            shapely.difference(whole, shapely.union(a, b, grid_size=1e-8), grid_size=1e-8)
+    def subtract(a: shapely.Geometry, b: shapely.Geometry) -> object:
+        return shapely.difference(whole, shapely.union(a, b, grid_size=1e-8), grid_size=1e-8)
 
-    return f"{1e6 * best(subtract, repeat) / 30:.0f}"
+    pairs = list(zip(polygons[::2], polygons[1::2], strict=True))
+    return f"{1e6 * sum(best(lambda p=p: subtract(*p), repeat) for p in pairs) / len(pairs):.0f}"
 
 
 def main() -> None:
