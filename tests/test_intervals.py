@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conav.intervals import mean_interval, ratio_interval, wilson
+from conav.intervals import bootstrap_interval, mean_interval, ratio_interval, wilson
 
 Z = 1.959963984540054
 
@@ -69,3 +69,25 @@ def test_ratio_interval_is_of_pairs_and_the_other_way_round() -> None:
     assert ratio_interval([3.0, 5.0], [1.5, 2.5])[:3] == pytest.approx((2.0, 2.0, 2.0))
     with pytest.raises(ValueError, match="positive"):
         ratio_interval([1.0, 0.0], [1.0, 1.0])
+
+
+def test_bootstrap_of_a_mean_is_near_the_normal_interval() -> None:
+    values = np.random.default_rng(3).normal(5.0, 2.0, 400)
+    found = bootstrap_interval(lambda at: values[at].mean(), 400, np.random.default_rng(0))
+    plain = mean_interval(values)
+    assert found.value == pytest.approx(plain.value)
+    assert found.low == pytest.approx(plain.low, abs=0.03)
+    assert found.high == pytest.approx(plain.high, abs=0.03)
+    assert found.n == 400
+
+
+def test_bootstrap_without_spread_and_with_gaps() -> None:
+    rng = np.random.default_rng(0)
+    assert bootstrap_interval(lambda at: 2.0, 5, rng)[:3] == (2.0, 2.0, 2.0)
+    assert bootstrap_interval(lambda at: 2.0, 1, rng)[:3] == (2.0, -np.inf, np.inf)
+    values = np.array([np.nan, 1.0, 2.0])
+    gaps = bootstrap_interval(lambda at: float(values[at].mean()), 3, rng)
+    assert np.isnan(gaps.value)
+    assert 1.0 <= gaps.low <= gaps.high <= 2.0
+    with pytest.raises(ValueError, match="no repetitions"):
+        bootstrap_interval(lambda at: 0.0, 0, rng)

@@ -1,11 +1,11 @@
 """Estimates with 95 % intervals: shares that were counted, means and ratios over repetitions."""
 
-from collections.abc import Sequence
-from math import exp, inf, log, sqrt
+from collections.abc import Callable, Sequence
+from math import exp, inf, isfinite, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 _Z = 1.959963984540054  # 97.5 % of a normal distribution lie below
 
@@ -74,3 +74,32 @@ def ratio_interval(above: Sequence[float], below: Sequence[float]) -> Estimate:
     found = mean_interval([log(a / b) for a, b in zip(above, below, strict=True)])
     high = exp(found.high) if found.high < 700 else inf
     return Estimate(exp(found.value), exp(found.low), high, found.n)
+
+
+def bootstrap_interval(
+    statistic: Callable[[NDArray[np.int64]], float],
+    n: int,
+    rng: np.random.Generator,
+    resamples: int = 2000,
+) -> Estimate:
+    """A statistic of `n` independent repetitions with its 95 % percentile interval [Efron1979].
+
+    `statistic` is called with the numbers of the repetitions it is to be taken of, (n,), which in a
+    resample are drawn with replacement; resamples of which it is not finite are left out. With fewer
+    than two repetitions the interval is unbounded. Raises `ValueError` for none.
+
+    >>> values = np.array([1.0, 2.0, 3.0, 6.0])
+    >>> bootstrap_interval(lambda at: values[at].mean(), 4, np.random.default_rng(0)).value
+    3.0
+    """
+    if n < 1:
+        raise ValueError("no repetitions to draw from")
+    value = float(statistic(np.arange(n)))
+    if n == 1:
+        return Estimate(value, -inf, inf, 1)
+    drawn = [float(statistic(rng.integers(n, size=n))) for _ in range(resamples)]
+    finite = [one for one in drawn if isfinite(one)]
+    if not finite:
+        return Estimate(value, -inf, inf, n)
+    low, high = np.percentile(finite, [2.5, 97.5]).tolist()
+    return Estimate(value, low, high, n)

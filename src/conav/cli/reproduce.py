@@ -156,6 +156,74 @@ def two_stage(
     return 1 if made.failed else code
 
 
+@reproduce.command(name="inash")
+def inash(
+    *,
+    out: Path = Path("reproduction-inash"),
+    trials: Whole = 20,
+    seed: Whole = 0,
+    samples: Whole | None = None,
+    batch: Whole = 20,
+    jobs: Whole | None = None,
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Zhu, Otte, Chaudhari, Frazzoli 2014: iNash-trajectory.
+
+    Plans are kept as they are made: the same command goes on where it was stopped, and with more
+    trials only those are played that are missing.
+
+    Parameters
+    ----------
+    out
+        Folder for the page, the numbers, the plots, and the plans that were made.
+    trials
+        Trials of each experiment.
+    seed
+        Seed of the first trial; each further trial has the next.
+    samples
+        Samples of each robot. Default: as calibrated for each experiment.
+    batch
+        Samples of each robot in an iteration of iNash and the any-time method; the paper's is 1.
+    jobs
+        Processes. Default: one per processor.
+    plots
+        Draw the plots.
+    json
+        Print one JSON object instead of the summary.
+    quiet
+        Print nothing but errors.
+    """
+    from conav.compiled import compiled_before
+    from conav.experiments.inash.reproduce import reproduce as run
+
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes about 15 s", file=sys.stderr
+        )
+    shown = sys.stderr.isatty() and not quiet
+
+    def progress(done: int, total: int) -> None:
+        if shown:
+            print(f"\rconav: {done} of {total} plans ", end="", file=sys.stderr, flush=True)
+
+    made = run(
+        out,
+        trials=trials,
+        seed=seed,
+        samples=samples,
+        batch=batch,
+        jobs=jobs if jobs is not None else os.cpu_count() or 1,
+        plots=plots,
+        progress=progress,
+    )
+    if shown:
+        print(file=sys.stderr)
+    code = _told(made, json=json, quiet=quiet)
+    return 1 if made.failed or made.broken else code
+
+
 def _told(made: Any, *, json: bool, quiet: bool) -> int:
     """The exit code, after what was made was told of."""
     for warning in made.warnings if not quiet else ():

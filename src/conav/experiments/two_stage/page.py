@@ -7,7 +7,6 @@ from conav.experiments.two_stage.claims import unfinished
 from conav.experiments.two_stage.results import Results, Section
 from conav.experiments.two_stage.world import World
 
-PAGE = "README.md"
 NUMBERS = "numbers.csv"
 RUNS = "runs.csv"
 TITLE = "# The two-stage coordinated strategy: what holds"

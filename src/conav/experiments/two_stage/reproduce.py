@@ -1,21 +1,19 @@
 """`conav reproduce two-stage`: the paper's simulation, a page of what was found, numbers, plots."""
 
-import csv
-import io
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from conav.errors import InputError
 from conav.experiments.compare.journal import JOURNAL, Journal
 from conav.experiments.potential_games.report import Verdict
+from conav.experiments.study_folder import PAGE, drawn, in_range, made_folder, write_csv
 from conav.experiments.two_stage.claims import SECTIONS, unfinished
 from conav.experiments.two_stage.figures import draw_curves, draw_runs
 from conav.experiments.two_stage.lab import Lab, Progress
-from conav.experiments.two_stage.page import NUMBERS, PAGE, RUNS, TITLE, page
+from conav.experiments.two_stage.page import NUMBERS, RUNS, TITLE, page
 from conav.experiments.two_stage.play import Played
 from conav.experiments.two_stage.results import Results, Row
 from conav.experiments.two_stage.world import World, all_cases, problem_of
@@ -76,21 +74,21 @@ def reproduce(
     and a warning. Raises `InputError` for numbers out of range, team sizes that do not fit and a
     folder that cannot be written.
     """
-    _in_range("runs", runs, 1, 10_000)
-    _in_range("jobs", jobs, 1, 1024)
-    _in_range("seed", seed, 0, 2**62)
-    _in_range("side", side_m, LEAST_SIDE_M, 1000.0)
+    in_range("runs", runs, 1, 10_000)
+    in_range("jobs", jobs, 1, 1024)
+    in_range("seed", seed, 0, 2**62)
+    in_range("side", side_m, LEAST_SIDE_M, 1000.0)
     sizes = tuple(sorted(set(robots)))
     if not sizes:
         raise InputError("robots", "names no team size", "give one at least, for example 1,2,4")
     for count in sizes:
-        _in_range("robots", count, 1, MOST_ROBOTS)
+        in_range("robots", count, 1, MOST_ROBOTS)
     if motion not in MOTIONS:
         raise InputError(f"motion {motion!r}", "is not known", "use one of: " + ", ".join(MOTIONS))
     world = World(side_m, motion)
     for number in range(seed, seed + runs):
         problem_of(sizes[-1], number, world)
-    target = _made(Path(folder))
+    target = made_folder(Path(folder), TITLE)
     cases = all_cases(sizes, runs, seed)
     warnings: list[str] = []
     with Journal(target / JOURNAL, Played.read) as journal:
@@ -98,11 +96,11 @@ def reproduce(
         finished = lab.play(cases)
         results = Results(lab.results(cases), sizes, tuple(range(seed, seed + runs)))
         if plots and finished:
-            _drawn(lambda: draw_curves(target, results), warnings)
-            _drawn(lambda: draw_runs(target, lab, seed), warnings)
+            drawn(lambda: draw_curves(target, results), warnings)
+            drawn(lambda: draw_runs(target, lab, seed), warnings)
     sections = [make(results) for make in SECTIONS]
-    _write_csv(target / NUMBERS, Row._fields, (row for section in sections for row in section.rows))
-    _write_csv(
+    write_csv(target / NUMBERS, Row._fields, (row for section in sections for row in section.rows))
+    write_csv(
         target / RUNS,
         (*cases[0]._fields, *(item.name for item in fields(Played))),
         (
@@ -124,51 +122,3 @@ def reproduce(
         not finished,
         tuple(warnings),
     )
-
-
-def _made(folder: Path) -> Path:
-    """The folder, which is made. Somebody else's page in it is not written over."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        page = folder / PAGE
-        strange = page.exists() and not page.read_bytes().startswith(TITLE.encode())
-    except OSError as error:
-        raise InputError(
-            folder, f"cannot be made ({error.strerror})", "give another --out"
-        ) from None
-    if strange:
-        raise InputError(folder, f"holds a {PAGE} of something else", "give another --out")
-    return folder
-
-
-def _in_range(name: str, value: float, least: float, most: float) -> None:
-    if not least <= value <= most:
-        raise InputError(f"{name} {value:g}", "is out of range", f"give {least:g} to {most:g}")
-
-
-def _drawn(draw: Callable[[], None], warnings: list[str]) -> None:
-    """Draw pictures, or remember once why not."""
-    try:
-        draw()
-    except InputError as error:
-        if "matplotlib" not in error.problem:
-            raise
-        text = f"no plots: {error.problem.partition(' needs ')[2]}; {error.remedy}"
-        if text not in warnings:
-            warnings.append(text)
-
-
-def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(header)
-    for row in rows:
-        table.writerow([_cell(value) for value in row])
-    with whole_file(path) as stream:
-        stream.write(text.getvalue().encode())
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, float):
-        return f"{value:.6g}" if isfinite(value) else ""
-    return value

@@ -1,0 +1,1 @@
+"""The reproduction of iNash-trajectory's paper [Zhu2014]."""
