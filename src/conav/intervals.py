@@ -85,8 +85,8 @@ def bootstrap_interval(
     """A statistic of `n` independent repetitions with its 95 % percentile interval [Efron1979].
 
     `statistic` is called with the numbers of the repetitions it is to be taken of, (n,), which in a
-    resample are drawn with replacement; resamples of which it is not finite are left out. With fewer
-    than two repetitions the interval is unbounded. Raises `ValueError` for none.
+    resample are drawn with replacement; resamples of which it is not finite are left out. With
+    fewer than two repetitions the interval is unbounded. Raises `ValueError` for none.
 
     >>> values = np.array([1.0, 2.0, 3.0, 6.0])
     >>> bootstrap_interval(lambda at: values[at].mean(), 4, np.random.default_rng(0)).value

@@ -51,9 +51,9 @@ def success(results: Results, experiment: str) -> Section:
     trials = len(results.paired(experiment))
     section = Section(
         f"{about.title}: who reaches its goal",
-        f"Of {TRIALS_OF_PAPER} trials in the paper and {trials} here, those in which robot 1, 2 ... has "
-        "a path when planning ends. The slope is what a robot's share gains with each number, in "
-        "points; shares and slopes have intervals over trials.",
+        f"Of {TRIALS_OF_PAPER} trials in the paper and {trials} here, those in which robot 1, 2 "
+        "... has a path when planning ends. The slope is what a robot's share gains with each "
+        "number, in points; shares and slopes have Student's intervals over trials.",
     )
     rows: list[tuple[str, ...]] = []
     for method in METHODS:
@@ -160,13 +160,14 @@ def lengths(results: Results, experiment: str) -> Section:
     about = EXPERIMENTS[experiment]
     section = Section(
         f"{about.title}: path lengths",
-        "Means, over the trials in which a robot has a path, of its length over the least on its own "
-        "final graph with nobody about; the paper's lengths are not in the copy at hand. Robots "
-        "without a path do not count, so a method that reaches fewer goals may look better. The three "
-        "methods of the paper have the same graphs in a trial; those of ours have edges in both "
-        "directions and straightened paths, so its ratios have another, smaller base: metres compare. "
-        "The spread is the largest of the robots' means less the smallest. It is never below 0, so its "
-        "interval lies high; differences between methods decide. Intervals are bootstraps over trials.",
+        "Means, over the trials in which a robot has a path, of its length over the least on its "
+        "own final graph with nobody about; the paper's lengths are not in the copy at hand. "
+        "Robots without a path do not count, so a method that reaches fewer goals may look better. "
+        "The three methods of the paper have the same graphs in a trial; those of ours have edges "
+        "in both directions and straightened paths, so its ratios have another, smaller base: "
+        "metres compare. The spread is the largest of the robots' means less the smallest. It is "
+        "never below 0, so its interval lies high; differences between methods decide. Intervals "
+        "are bootstraps over trials.",
     )
     ratio_rows: list[tuple[str, ...]] = []
     fair_rows: list[tuple[str, ...]] = []
@@ -244,7 +245,8 @@ def _judge_lengths(section: Section, results: Results, experiment: str) -> None:
         section.verdicts.append(
             Verdict(
                 "experiments, text",
-                f"{experiment}: iNash shares the burden: lengths over solo {what} than with {PLAIN}",
+                f"{experiment}: iNash shares the burden: lengths over solo {what} than with "
+                f"{PLAIN}",
                 less(found, 0.0),
                 f"{measure}, iNash less {PLAIN}: {estimate(found)}",
             )
@@ -267,13 +269,14 @@ def equilibria(results: Results) -> Section:
     section = Section(
         "Equilibria",
         "Trials in which no robot can do better alone on its final graph, a path where it has none "
-        "included, by the planner's own account; and trials in which some robot's cost rose, or its "
-        "path was lost, from one iteration to the next.\n\n"
-        "With best answers a prioritized plan is an equilibrium on its graphs: each robot has its best "
-        "path past those before it, and those after it only take paths away from it. For the same "
-        "reason the any-time method, looked at when it ends, has the plain one's plan: whoever's path "
-        "stands had no better one past those before it. The paper's two methods differ in their "
-        "results, so at least one of them must have had other graphs or other answers.",
+        "included, by the planner's own account; and trials in which some robot's cost rose, or "
+        "its path was lost, from one iteration to the next.\n\n"
+        "With best answers a prioritized plan is an equilibrium on its graphs: each robot has its "
+        "best path past those before it, and those after it only take paths away from it. For the "
+        "same reason the any-time method, looked at when it ends, has the plain one's plan: "
+        "whoever's path stands had no better one past those before it. The paper's two methods "
+        "differ in their results, so at least one of them must have had other graphs or other "
+        "answers.",
     )
     rows: list[tuple[str, ...]] = []
     for experiment in EXPERIMENTS:
@@ -322,8 +325,8 @@ def prices(results: Results) -> Section:
     del results  # nothing was sampled for it
     section = Section(
         "Prices of anarchy and stability",
-        "Exact, by going through all equilibria of small games on grids; costs are steps until arrival, "
-        "and the slack says how many steps above its solo cost a robot's paths may take "
+        "Exact, by going through all equilibria of small games on grids; costs are steps until "
+        "arrival, and the slack says how many steps above its solo cost a robot's paths may take "
         "([prices](../../planners/prices.md)).",
     )
     found = price_table()
@@ -369,9 +372,9 @@ def messages(results: Results) -> Section:
     """Paths announced in an iteration."""
     section = Section(
         "Messages",
-        "Paths that all robots announce in an iteration of iNash: everybody's before a round, and each "
-        "new one. The most in an iteration is counted from the costs before and after it, not by the "
-        "planner.",
+        "Paths that all robots announce in an iteration of iNash: everybody's before a round, and "
+        "each new one. The most in an iteration is counted from the costs before and after it, not "
+        "by the planner.",
     )
     rows: list[tuple[str, ...]] = []
     for experiment in EXPERIMENTS:
@@ -406,11 +409,12 @@ def checks(results: Results) -> Section:
     """How collision checks grow with the number of robots."""
     section = Section(
         "Collision checks",
-        "The paper counts calls that test a path against all others' in an iteration: the number of "
-        "paths of all graphs, linear in robots and exponential in vertices. Here paths are not gone "
-        "through; a check is an edge, or a rest, tested against all others' paths, and it is made "
-        "only where no cheaper way is clear. Teams are the first robots of the whole one. The exponent "
-        "is the slope of the logarithm of checks over that of robots in each trial; 1 is linear.",
+        "The paper counts calls that test a path against all others' in an iteration: the number "
+        "of paths of all graphs, linear in robots and exponential in vertices. Here paths are not "
+        "gone through; a check is an edge, or a rest, tested against all others' paths, and it is "
+        "made only where no cheaper way is clear. Teams are the first robots of the whole one. The "
+        "exponent is the slope of the logarithm of checks over that of robots in each trial; 1 is "
+        "linear.",
     )
     rows: list[tuple[str, ...]] = []
     for experiment in EXPERIMENTS:
@@ -456,10 +460,10 @@ def verified(results: Results) -> Section:
     """What the verifier says of all plans."""
     section = Section(
         "Verified",
-        "Every plan is looked over by the functions of `conav verify`, which share nothing with the "
-        "planners: starts, joints, speeds, arrivals, tasks, walls, and the distance of every two "
-        "robots at every time. Robots without a path are not there, as in the paper's game, and robots "
-        "vanish at their goals.",
+        "Every plan is looked over by the functions of `conav verify`, which share nothing with "
+        "the planners: starts, joints, speeds, arrivals, tasks, walls, and the distance of every "
+        "two robots at every time. Robots without a path are not there, as in the paper's game, "
+        "and robots vanish at their goals.",
     )
     rows: list[tuple[str, ...]] = []
     for experiment in EXPERIMENTS:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from conav.experiments.inash.results import Results, Section
-from conav.experiments.inash.world import EXPERIMENTS, METHODS, TRIALS_OF_PAPER
+from conav.experiments.inash.world import EXPERIMENTS, INASH, OURS, PLAIN, TRIALS_OF_PAPER
 from conav.pictures.plots import Series, save_points
 
 
@@ -17,7 +17,7 @@ def draw(folder: Path, results: Results, sections: list[Section]) -> None:
     for experiment, about in EXPERIMENTS.items():
         series: list[Series] = []
         names = [str(robot + 1) for robot in range(about.robots)]
-        for method in METHODS:
+        for method in (INASH, PLAIN, OURS):
             rows = [
                 row
                 for section in sections

@@ -44,10 +44,10 @@ def page(
     if failed:
         lines += [f"{failed} plans could not be made; their trials do not count.", ""]
     lines += [
-        "A claim *held* when the whole 95 % interval says so, *did not hold* when the whole interval "
-        "says the opposite or that there is no difference, and is *not decided* otherwise. A claim "
-        "that something is always so did not hold when one trial shows it. Every interval stands for "
-        "itself: of twenty at the very limit, one may be wrong.",
+        "A claim *held* when the whole 95 % interval says so, *did not hold* when the whole "
+        "interval says the opposite or that there is no difference, and is *not decided* "
+        "otherwise. A claim that something is always so did not hold when one trial shows it. "
+        "Every interval stands for itself: of twenty at the very limit, one may be wrong.",
         "",
         "| where | claim | here | in numbers |",
         "|---|---|---|---|",
@@ -90,22 +90,23 @@ def _world(effort: Effort) -> list[str]:
         else f"The budget was set by hand: {samples}."
     )
     return [
-        "The paper says that robots are discs of one radius that move in any direction, that space and "
-        "time are sampled, that each robot is to reach its goal by a short path, how many robots there "
-        "are, and that there are 20 trials. Arena, obstacles, speeds, horizon and budget are ours: those "
-        "of the made scenes (radius 0.5 m, 1 m/s, 60 s, robots vanish at their goals). Trials of "
-        "the first experiment have obstacles, starts and goals of their own; in the second, which has "
-        "nothing random in it, every trial deals the numbers anew. So a robot's number says when it "
-        "chooses and nothing else. The trial is the seed of the samples.",
+        "The paper says that robots are discs of one radius that move in any direction, that space "
+        "and time are sampled, that each robot is to reach its goal by a short path, how many "
+        "robots there are, and that there are 20 trials. Arena, obstacles, speeds, horizon and "
+        "budget are ours: those of the made scenes (radius 0.5 m, 1 m/s, 60 s, robots vanish at "
+        "their goals). Trials of the first experiment have obstacles, starts and goals of their "
+        "own; in the second, which has nothing random in it, every trial deals the numbers anew. "
+        "So a robot's number says when it chooses and nothing else. The trial is the seed of the "
+        "samples.",
         "",
         f"{budget} Trials vary as much as the tables show.",
         "",
         "- `iNash`: [inash](../../planners/inash.md) with `mode=paper`, `response=first`, "
-        f"`feasibility=false`, `shortcut_tries=0`, `guide=false`, `batch={effort.batch}`; the paper's "
-        "batch is 1. At the end, rounds on the final graphs until nobody improves.",
-        "- `prioritized` and `any-time prioritized`: [prioritized](../../planners/prioritized.md) and "
-        "[anytime-prioritized](../../planners/anytime-prioritized.md) on the same graphs, vertex for "
-        "vertex.",
+        f"`feasibility=false`, `shortcut_tries=0`, `guide=false`, `batch={effort.batch}`; the "
+        "paper's batch is 1. At the end, rounds on the final graphs until nobody improves.",
+        "- `prioritized` and `any-time prioritized`: [prioritized](../../planners/prioritized.md) "
+        "and [anytime-prioritized](../../planners/anytime-prioritized.md) on the same graphs, "
+        "vertex for vertex.",
         "- `ours`: inash as it is by default, with as many samples.",
     ]
 

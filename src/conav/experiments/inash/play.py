@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 from math import isfinite
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,12 +41,11 @@ class Played:
         """The plan that was kept. Raises `TypeError` for what is none."""
         if set(content) != {item.name for item in fields(Played)}:
             raise TypeError("no plan")
-        return Played(
-            **{
-                name: tuple(value) if isinstance(value, list) else value
-                for name, value in content.items()
-            }
-        )
+        values: dict[str, Any] = {
+            name: tuple(cast("list[Any]", value)) if isinstance(value, list) else value
+            for name, value in content.items()
+        }
+        return Played(**values)
 
     @property
     def reached(self) -> tuple[bool, ...]:

@@ -1,4 +1,4 @@
-"""`conav reproduce inash`: the paper's two experiments, a page of what was found, numbers, plots."""
+"""`conav reproduce inash`: the paper's two experiments, a page of findings, numbers, plots."""
 
 import os
 from dataclasses import dataclass, fields
@@ -62,8 +62,9 @@ def reproduce(
     """The reproduction of [Zhu2014], written to a folder: a page, two CSV files and plots.
 
     `trials` of both experiments with the seeds from `seed` on, on `jobs` processes; `samples` of
-    each robot instead of the calibrated ones. Each plan is kept in the folder as it is made; what is
-    there already is not made again, so an interrupted or killed reproduction goes on where it was.
+    each robot instead of the calibrated ones. Each plan is kept in the folder as it is made; what
+    is there already is not made again, so an interrupted or killed reproduction goes on where it
+    was.
     Without matplotlib there are no plots, and a warning. Raises `InputError` for numbers out of
     range and a folder that cannot be written.
     """
