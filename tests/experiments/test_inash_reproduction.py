@@ -2,7 +2,7 @@
 
 import csv
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,7 @@ from conav.experiments.inash.world import (
 from conav.experiments.potential_games.report import HELD, NOT_HELD, OPEN, Verdict
 from conav.intervals import Estimate
 from conav.planning.budget import Progress
+from conav.planning.catalogue import make_solver
 from conav.planning.plan import plan
 from conav.planning.types import Trajectory
 
@@ -155,6 +156,7 @@ def test_a_plan_of_inash_is_what_the_planner_says() -> None:
     assert 0 < played.most_messages <= 12
     assert played.rises == 0
     assert played.in_equilibrium
+    assert played.gains_checked
     assert played.broken == ()
     assert played.clearance_m is None or played.clearance_m >= 0
     assert played.reached == tuple(np.isfinite(found.costs[:, 0]).tolist())
@@ -185,6 +187,25 @@ def test_breaches_are_seen() -> None:
     pieces[:, 2] += 20.0
     off = replace(found, trajectories=(Trajectory(pieces), *found.trajectories[1:]))
     assert {"starts", "walls"} <= set(looked_over(problem, off)[1])
+
+
+def test_gains_are_found_again() -> None:
+    """Of all methods on the paper's graphs; a wrong account of them is a breach."""
+    effort = Effort(samples=1500, batch=100)
+    for method in ON_PAPER_GRAPHS:
+        case = Case("intersection", method, 6, 0)
+        assert play(case, effort).gains_checked
+    solver, settings = settings_of(case, effort)
+    problem = problem_of(case)
+    found = plan(problem, solver, seed=0, settings=settings)
+    whole = asdict(make_solver(solver, settings))
+    assert looked_over(problem, found, whole)[1] == ()
+    false = replace(found, epsilon=np.full(6, 0.5))
+    assert looked_over(problem, false, whole)[1] == ("equilibrium",)
+    # A plan in which a robot goes without although its graph has a path.
+    with_path = [way is not None for way in found.trajectories].index(True)
+    ways = [None if i == with_path else way for i, way in enumerate(found.trajectories)]
+    assert "equilibrium" in looked_over(problem, replace(found, trajectories=tuple(ways)), whole)[1]
 
 
 def test_what_cannot_be_planned_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,6 +256,7 @@ def test_statistics_over_robots() -> None:
 
 PLAYED = Played(
     status="done", length_m=(2.0,) * 6, solo_m=(2.0,) * 6, gain_m=(0.0,) * 6, settled=True,
+    gains_checked=True,
     clearance_m=0.1, broken=(), iterations=10, messages=50, most_messages=12, rises=0, checks=60,
 )  # fmt: skip
 

@@ -1,7 +1,8 @@
 """What the paper claims and its tables show, and whether it holds here: sections of the page."""
 
 from collections.abc import Callable, Sequence
-from math import inf, log
+from functools import partial
+from math import inf, isnan
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from conav.experiments.inash.results import (
     Row,
     Section,
     each_trial,
+    exponent,
     less,
     mean_of,
     more,
@@ -269,8 +271,9 @@ def equilibria(results: Results) -> Section:
     section = Section(
         "Equilibria",
         "Trials in which no robot can do better alone on its final graph, a path where it has none "
-        "included, by the planner's own account; and trials in which some robot's cost rose, or "
-        "its path was lost, from one iteration to the next.\n\n"
+        "included; and trials in which some robot's cost rose, or its path was lost, from one "
+        "iteration to the next. Gains are the planner's account; those counted under *again* the "
+        "verifier found anew, from the vertices, for the paper's three methods.\n\n"
         "With best answers a prioritized plan is an equilibrium on its graphs: each robot has its "
         "best path past those before it, and those after it only take paths away from it. For the "
         "same reason the any-time method, looked at when it ends, has the plain one's plan: "
@@ -289,7 +292,13 @@ def equilibria(results: Results) -> Section:
             section.add(experiment, method, "ended in equilibrium", "share of trials", even)
             section.add(experiment, method, "a cost rose", "share of trials", rose)
             rows.append(
-                (experiment, method, percent(even), "-" if method == PLAIN else percent(rose))
+                (
+                    experiment,
+                    method,
+                    percent(even),
+                    str(sum(one.gains_checked for one in plans)),
+                    "-" if method == PLAIN else percent(rose),
+                )
             )
             if method == INASH:
                 section.verdicts += [
@@ -316,7 +325,9 @@ def equilibria(results: Results) -> Section:
                         f"trials in equilibrium: {percent(even)}",
                     )
                 )
-    section.tables.append((("experiment", "method", "in equilibrium", "a cost rose"), rows))
+    section.tables.append(
+        (("experiment", "method", "in equilibrium", "again", "a cost rose"), rows)
+    )
     return section
 
 
@@ -412,9 +423,10 @@ def checks(results: Results) -> Section:
         "The paper counts calls that test a path against all others' in an iteration: the number "
         "of paths of all graphs, linear in robots and exponential in vertices. Here paths are not "
         "gone through; a check is an edge, or a rest, tested against all others' paths, and it is "
-        "made only where no cheaper way is clear. Teams are the first robots of the whole one. The "
-        "exponent is the slope of the logarithm of checks over that of robots in each trial; 1 is "
-        "linear.",
+        "made only where no cheaper way is clear. So there are few, and more where more is in the "
+        "way: the paper's lemma is a bound on another number, and stands. Teams are the first "
+        "robots of the whole one. The exponent is the slope of the logarithm of mean checks over "
+        "that of robots; 1 is linear.",
     )
     rows: list[tuple[str, ...]] = []
     for experiment in EXPERIMENTS:
@@ -434,21 +446,22 @@ def checks(results: Results) -> Section:
             sizes.append(robots)
         if len(sizes) < 2:
             continue
-        exponents = [
-            float(np.polyfit(np.log(sizes), [log(one) for one in trial], 1)[0])
-            for trial in zip(*counts, strict=True)
-            if min(trial) > 0
-        ]
-        if not exponents:
-            continue
+        growth = partial(exponent, sizes=sizes)
         found = section.add(
-            experiment, INASH, "exponent of checks in robots", "", mean_interval(exponents)
-        )
+            experiment, INASH, "exponent of checks in robots", "",
+            over_trials(growth, np.array(counts).T),
+        )  # fmt: skip
         section.verdicts.append(
             Verdict(
-                "lemma on complexity",
+                "lemma on complexity, another count",
                 f"{experiment}: checks in an iteration grow no faster than linearly with robots",
-                HELD if found.high <= 1.0 else NOT_HELD if found.low > 1.0 else OPEN,
+                OPEN
+                if isnan(found.value)
+                else HELD
+                if found.high <= 1.0
+                else NOT_HELD
+                if found.low > 1.0
+                else OPEN,
                 f"exponent over {sizes[0]} to {sizes[-1]} robots: {estimate(found)}",
             )
         )

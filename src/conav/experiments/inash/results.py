@@ -1,6 +1,6 @@
 """Plans of a reproduction as arrays over trials and robots, estimates, and pieces of the page."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isnan
 from typing import NamedTuple
@@ -154,6 +154,18 @@ def spread(values: NDArray[np.float64]) -> float:
     """
     means = means_of(values)
     return float(means.max() - means.min())
+
+
+def exponent(values: NDArray[np.float64], sizes: Sequence[int]) -> float:
+    """The slope of the logarithm of each column's mean over that of its size; nan where one is 0.
+
+    >>> round(exponent(np.array([[1.0, 3.0], [3.0, 5.0]]), [2, 4]), 12)
+    1.0
+    """
+    means = values.mean(axis=0)
+    if means.min() <= 0:
+        return float("nan")
+    return float(np.polyfit(np.log(sizes), np.log(means), 1)[0])
 
 
 def means_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
