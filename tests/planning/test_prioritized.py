@@ -32,6 +32,17 @@ def test_the_last_may_be_left_without_a_path(scenes) -> None:
     assert result.epsilon is not None
 
 
+@pytest.mark.parametrize("solver", ["prioritized", "anytime-prioritized"])
+@pytest.mark.parametrize("mode", ["paper", "forward"])
+def test_nobody_can_gain_alone(scenes, solver: str, mode: str) -> None:
+    """Those after a robot only take paths away from it, so its best answer stays one."""
+    for seed in range(3):
+        result = plan(scenes.antipodal(5), solver, seed=seed, samples=900, mode=mode)
+        assert result.epsilon is not None
+        assert result.epsilon.tolist() == [0.0] * 5
+        assert np.isfinite(result.costs).any()
+
+
 def test_any_time_costs_of_the_first_never_rise(scenes) -> None:
     result = plan(scenes.antipodal(5), "anytime-prioritized", seed=2, samples=1500)
     first = [line["costs"][0][0] for line in result.history]

@@ -84,8 +84,8 @@ def _world(effort: Effort) -> list[str]:
         for name, about in EXPERIMENTS.items()
     )
     budget = (
-        f"The budget is ours: {samples}, chosen so that {_PLAIN} on these graphs comes near the "
-        "paper's 92.5 % and 70.8 % of goals."
+        f"The budget is ours: {samples}, chosen on the trials of seeds 0 to 19 so that {_PLAIN} "
+        "on these graphs comes near the paper's 92.5 % and 70.8 % of goals."
         if effort.samples is None
         else f"The budget was set by hand: {samples}."
     )
