@@ -25,8 +25,22 @@ if TYPE_CHECKING:
     from conav.maps.write_floor_plan import write_floor_plan
     from conav.pictures.animation import save_animation
     from conav.pictures.floor_plan import save_floor_plan
+    from conav.pictures.plan_animation import save_plan_animation
+    from conav.pictures.plan_picture import save_plan_picture
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_run, repair_run
+    from conav.planning.load_scene import load_scene
+    from conav.planning.plan import plan
+    from conav.planning.scene_writer import write_scene
+    from conav.planning.types import PlanningProblem, PlanningResult, PlanningRobot, Region
+    from conav.planning.verify import verify_plan
+    from conav.pursuit.verify import verify_pursuit
+    from conav.runs.reader import (
+        read_exploration,
+        read_plan,
+        read_pursuit,
+        read_run,
+        repair_run,
+    )
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
@@ -34,22 +48,36 @@ _PUBLIC = {
     "Exploration": "conav.simulation.explore",
     "InputError": "conav.errors",
     "OccupancyGrid": "conav.maps.occupancy_grid",
+    "PlanningProblem": "conav.planning.types",
+    "PlanningResult": "conav.planning.types",
+    "PlanningRobot": "conav.planning.types",
     "PolygonMap": "conav.maps.polygon_map",
+    "Region": "conav.planning.types",
     "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
     "explore": "conav.simulation.explore",
     "load_floor_plan": "conav.maps.load_floor_plan",
+    "load_scene": "conav.planning.load_scene",
+    "plan": "conav.planning.plan",
     "polygonise": "conav.maps.polygonise",
+    "read_exploration": "conav.runs.reader",
     "read_floor_plan": "conav.maps.read_floor_plan",
     "read_map": "conav.maps.read_map",
+    "read_plan": "conav.runs.reader",
+    "read_pursuit": "conav.runs.reader",
     "read_run": "conav.runs.reader",
     "repair_run": "conav.runs.reader",
     "save_animation": "conav.pictures.animation",
     "save_floor_plan": "conav.pictures.floor_plan",
+    "save_plan_animation": "conav.pictures.plan_animation",
+    "save_plan_picture": "conav.pictures.plan_picture",
     "save_still": "conav.pictures.still",
     "verify_exploration": "conav.exploration.verify",
+    "verify_plan": "conav.planning.verify",
+    "verify_pursuit": "conav.pursuit.verify",
     "write_floor_plan": "conav.maps.write_floor_plan",
     "write_ros_map": "conav.maps.ros_map_server",
+    "write_scene": "conav.planning.scene_writer",
 }
 
 __version__ = "0.1.0"
@@ -58,23 +86,37 @@ __all__ = [
     "Exploration",
     "InputError",
     "OccupancyGrid",
+    "PlanningProblem",
+    "PlanningResult",
+    "PlanningRobot",
     "PolygonMap",
+    "Region",
     "Status",
     "__version__",
     "builtin_map",
     "explore",
     "load_floor_plan",
+    "load_scene",
+    "plan",
     "polygonise",
+    "read_exploration",
     "read_floor_plan",
     "read_map",
+    "read_plan",
+    "read_pursuit",
     "read_run",
     "repair_run",
     "save_animation",
     "save_floor_plan",
+    "save_plan_animation",
+    "save_plan_picture",
     "save_still",
     "verify_exploration",
+    "verify_plan",
+    "verify_pursuit",
     "write_floor_plan",
     "write_ros_map",
+    "write_scene",
 ]
 
 

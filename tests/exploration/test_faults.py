@@ -11,9 +11,9 @@ from conav.exploration.catalogue import STRATEGIES, make_strategy
 from conav.exploration.types import ExplorationProblem
 from conav.exploration.verify import verify_exploration
 from conav.maps.ascii_art import parse_ascii
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.reader import read_run
-from conav.runs.types import Run
-from conav.runs.writer import RunWriter
+from conav.runs.types import ExplorationRun
 from conav.simulation.explore import exploration_problem
 from conav.simulation.run_exploration import ExplorationResult, run_exploration
 from conav.status import Status
@@ -78,10 +78,10 @@ def made_for(strategy: str, **options: Any) -> ExplorationProblem:
 
 def played(
     strategy: str, problem: ExplorationProblem, folder: Path
-) -> tuple[ExplorationResult, Run]:
+) -> tuple[ExplorationResult, ExplorationRun]:
     """The run, which saw everything and is accepted."""
     path = folder / "run.mcap"
-    with RunWriter(path) as writer:
+    with ExplorationWriter(path) as writer:
         result = run_exploration(problem, make_strategy(strategy), name=strategy, writer=writer)
     run = read_run(path)
     report = verify_exploration(run)
@@ -91,7 +91,7 @@ def played(
     return result, run
 
 
-def cells(run: Run) -> np.ndarray:
+def cells(run: ExplorationRun) -> np.ndarray:
     return np.stack([step.cells for step in run.steps])
 
 

@@ -27,9 +27,9 @@ from conav.exploration.team_assignment import Order
 from conav.exploration.types import ExplorationProblem, TeamView
 from conav.exploration.verify import verify_exploration
 from conav.maps.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.reader import read_run
-from conav.runs.types import Run
-from conav.runs.writer import RunWriter
+from conav.runs.types import ExplorationRun
 from conav.simulation.engine import engine_for
 from conav.simulation.explore import exploration_problem
 from conav.simulation.observable import observable_cells
@@ -333,11 +333,11 @@ def field_with_posts() -> NDArray[np.uint8]:
 
 def played(
     folder: Path, cells: NDArray[np.uint8], **options: Any
-) -> tuple[ExplorationResult, Run, list[Any]]:
+) -> tuple[ExplorationResult, ExplorationRun, list[Any]]:
     """A run that saw everything and was accepted, and the memories of its minds at the end."""
     last: list[list[Any]] = []
     path = folder / "run.mcap"
-    with RunWriter(path) as writer:
+    with ExplorationWriter(path) as writer:
         result = run_exploration(
             problem_of(cells, max_time_s=4000.0, **options),
             LanesAndPockets(),

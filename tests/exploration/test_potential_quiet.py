@@ -15,7 +15,7 @@ from conav.errors import InputError
 from conav.exploration.potential_quiet import PotentialQuiet
 from conav.maps.ascii_art import ascii_starts, parse_ascii
 from conav.messages.message import report_bytes, scan_bytes
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 PAPER: dict[str, Any] = {
     "motion": "forward-turn",
@@ -28,7 +28,9 @@ PAPER: dict[str, Any] = {
 SMALL = {"width_m": 24, "height_m": 24}
 
 
-def recorded(path: Path, strategy: str = "potential-quiet", seed: int = 1, **more: Any) -> Run:
+def recorded(
+    path: Path, strategy: str = "potential-quiet", seed: int = 1, **more: Any
+) -> ExplorationRun:
     settings = more.pop("settings", {})
     grid = more.pop("grid", None) or conav.builtin_map("three-obstacles", seed=seed, **SMALL)
     options = PAPER | {"seed": seed, "max_time_s": 300.0} | more
@@ -36,12 +38,12 @@ def recorded(path: Path, strategy: str = "potential-quiet", seed: int = 1, **mor
     return conav.read_run(path)
 
 
-def radios(run: Run, n: int = 3) -> list[list[bool]]:
+def radios(run: ExplorationRun, n: int = 3) -> list[list[bool]]:
     """Whose radio is on in each step: all in the first, then as said the step before."""
     return [[True] * n] + [[not off for off in step.quiet] for step in run.steps]
 
 
-def ways(run: Run) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def ways(run: ExplorationRun) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     return [(tuple(step.cells.tolist()), tuple(step.wishes.tolist())) for step in run.steps]
 
 
@@ -62,7 +64,9 @@ def test_talking_in_every_step_it_is_potential(tmp_path: Path) -> None:
         assert len(quiet.steps) > 50
 
 
-def expected_radios(run: Run, every: int, within: float, news: int, side: int) -> list[list[bool]]:
+def expected_radios(
+    run: ExplorationRun, every: int, within: float, news: int, side: int
+) -> list[list[bool]]:
     """The rule told anew, from the places and looks that were recorded; a world without loss."""
     n = 3
     due = {(i, j): 0 for i in range(n) for j in range(n) if i != j}

@@ -9,7 +9,7 @@ import pytest
 import conav
 from conav.errors import InputError
 from conav.exploration.uncoordinated import Uncoordinated
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 from conav.testing import check_strategy
 
 PAPER: dict[str, Any] = {
@@ -22,7 +22,7 @@ PAPER: dict[str, Any] = {
 }
 
 
-def explored(path: Path, map: Any, **problem: Any) -> Run:
+def explored(path: Path, map: Any, **problem: Any) -> ExplorationRun:
     conav.explore(map, out=path, **problem)
     return conav.read_run(path)
 

@@ -18,9 +18,9 @@ from conav.exploration.nearest import Nearest
 from conav.exploration.verify import CHECKS, verify_exploration
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.reader import read_run
-from conav.runs.types import OCCUPIED_BIT, Run, StepRecord
-from conav.runs.writer import RunWriter
+from conav.runs.types import OCCUPIED_BIT, ExplorationRun, StepRecord
 
 ROOMS = (
     "#######################",
@@ -41,7 +41,7 @@ ROOMS = (
 )
 
 
-def explored(path: Path, map: Any, **problem: Any) -> Run:
+def explored(path: Path, map: Any, **problem: Any) -> ExplorationRun:
     conav.explore(map, out=path, **{"strategy": "nearest", **problem})
     return read_run(path)
 
@@ -132,7 +132,7 @@ def test_whatever_the_simulator_does_is_accepted(problem: dict[str, Any], tmp_pa
     assert report.accepted, report.lines()
 
 
-def test_a_run_cut_short_is_accepted_as_far_as_it_goes(perfect: Run) -> None:
+def test_a_run_cut_short_is_accepted_as_far_as_it_goes(perfect: ExplorationRun) -> None:
     cut = replace(perfect, steps=perfect.steps[:7], result=None, intact=False)
     report = verify_exploration(cut)
     assert report.accepted
@@ -143,7 +143,7 @@ def test_a_run_cut_short_is_accepted_as_far_as_it_goes(perfect: Run) -> None:
     assert nothing.accepted
 
 
-def test_an_interrupted_run_is_accepted(perfect: Run, tmp_path: Path) -> None:
+def test_an_interrupted_run_is_accepted(perfect: ExplorationRun, tmp_path: Path) -> None:
     def stop(state: Any) -> None:
         if state.step == 9:
             raise KeyboardInterrupt
@@ -156,7 +156,7 @@ def test_an_interrupted_run_is_accepted(perfect: Run, tmp_path: Path) -> None:
     assert report.finished
 
 
-def test_the_report_for_people_and_for_programs(perfect: Run) -> None:
+def test_the_report_for_people_and_for_programs(perfect: ExplorationRun) -> None:
     good = verify_exploration(perfect)
     assert good.lines()[-1].startswith(f"accepted: {perfect.path} (digest {perfect.digest[:16]}")
     bad = verify_exploration(with_result(perfect, "overlap", 0.5))
@@ -173,7 +173,7 @@ def test_the_report_for_people_and_for_programs(perfect: Run) -> None:
     }
 
 
-def test_only_a_few_faults_are_told_in_full(perfect: Run) -> None:
+def test_only_a_few_faults_are_told_in_full(perfect: ExplorationRun) -> None:
     steps = [step._replace(messages=0) for step in perfect.steps]
     report = verify_exploration(replace(perfect, steps=steps))
     (check,) = (check for check in report.checks if check.name == "messages")
@@ -193,12 +193,12 @@ PERFECT: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def perfect(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def perfect(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     return explored(tmp_path_factory.mktemp("good") / "perfect.mcap", rooms(), **PERFECT)
 
 
 @pytest.fixture(scope="module")
-def limited(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def limited(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     path = tmp_path_factory.mktemp("good") / "limited.mcap"
     # Two robots in one corner, two in the other.
     starts = [(0.5, 0.5), (0.9, 0.5), (3.9, 2.1), (3.3, 2.1)]
@@ -206,16 +206,18 @@ def limited(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 @pytest.fixture(scope="module")
-def turning(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def turning(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     path = tmp_path_factory.mktemp("good") / "turning.mcap"
     return explored(path, rooms(), motion="forward-turn", **PERFECT)
 
 
-def with_steps(run: Run, changes: dict[int, StepRecord]) -> Run:
+def with_steps(run: ExplorationRun, changes: dict[int, StepRecord]) -> ExplorationRun:
     return replace(run, steps=[changes.get(number, step) for number, step in enumerate(run.steps)])
 
 
-def with_field(run: Run, number: int, name: str, place: int | None, value: Any) -> Run:
+def with_field(
+    run: ExplorationRun, number: int, name: str, place: int | None, value: Any
+) -> ExplorationRun:
     step = run.steps[number]
     if place is not None:
         array = getattr(step, name).copy()
@@ -224,7 +226,7 @@ def with_field(run: Run, number: int, name: str, place: int | None, value: Any) 
     return with_steps(run, {number: step._replace(**{name: value})})
 
 
-def with_result(run: Run, key: str, value: Any) -> Run:
+def with_result(run: ExplorationRun, key: str, value: Any) -> ExplorationRun:
     result = copy.deepcopy(run.result)
     assert result is not None
     target = result["metrics"] if key in result["metrics"] else result
@@ -233,7 +235,7 @@ def with_result(run: Run, key: str, value: Any) -> Run:
     return replace(run, result=result)
 
 
-def with_robots(run: Run, *keys: str, value: Any) -> Run:
+def with_robots(run: ExplorationRun, *keys: str, value: Any) -> ExplorationRun:
     header = copy.deepcopy(run.header)
     for robot in header["robots"]:
         part = robot
@@ -243,15 +245,15 @@ def with_robots(run: Run, *keys: str, value: Any) -> Run:
     return replace(run, header=header)
 
 
-def broken(run: Run) -> tuple[str, ...]:
+def broken(run: ExplorationRun) -> tuple[str, ...]:
     return verify_exploration(run).broken()
 
 
-def cols_of(run: Run) -> int:
+def cols_of(run: ExplorationRun) -> int:
     return round(run.cells.shape[1] * run.resolution / run.header["cell_m"])
 
 
-def driving(run: Run, *, straight: bool = False) -> Iterator[tuple[int, int, int, int]]:
+def driving(run: ExplorationRun, *, straight: bool = False) -> Iterator[tuple[int, int, int, int]]:
     """Step, robot, and the cells it drives from and to, of every move."""
     cols = cols_of(run)
     for number in range(len(run.steps) - 1):
@@ -261,7 +263,7 @@ def driving(run: Run, *, straight: bool = False) -> Iterator[tuple[int, int, int
                 yield number, robot, a, b
 
 
-def scanning(run: Run, least: int = 1) -> Iterator[tuple[int, int]]:
+def scanning(run: ExplorationRun, least: int = 1) -> Iterator[tuple[int, int]]:
     """Step and robot of every scan with at least so many cells."""
     for number, step in enumerate(run.steps):
         for robot in range(len(step.cells)):
@@ -269,7 +271,9 @@ def scanning(run: Run, least: int = 1) -> Iterator[tuple[int, int]]:
                 yield number, robot
 
 
-def with_scan(run: Run, number: int, robot: int, change: Callable[[np.ndarray], np.ndarray]) -> Run:
+def with_scan(
+    run: ExplorationRun, number: int, robot: int, change: Callable[[np.ndarray], np.ndarray]
+) -> ExplorationRun:
     """One robot's scan in one step replaced; the others stay."""
     step = run.steps[number]
     ends = [0, *map(int, step.scan_ends)]
@@ -280,14 +284,16 @@ def with_scan(run: Run, number: int, robot: int, change: Callable[[np.ndarray], 
     return with_steps(run, {number: step._replace(scans=scans, scan_ends=bounds)})
 
 
-def test_the_runs_to_tamper_with_are_good(perfect: Run, limited: Run, turning: Run) -> None:
+def test_the_runs_to_tamper_with_are_good(
+    perfect: ExplorationRun, limited: ExplorationRun, turning: ExplorationRun
+) -> None:
     for run in (perfect, limited, turning):
         assert broken(run) == ()
         assert len(run.steps) > 10
     assert any(len(step.told) for step in limited.steps)
 
 
-def test_teleport(perfect: Run) -> None:
+def test_teleport(perfect: ExplorationRun) -> None:
     number, robot, a, b = next(driving(perfect))
     far = b + 5 if b % cols_of(perfect) < 12 else b - 5
     found = broken(with_field(perfect, number + 1, "cells", robot, far))
@@ -311,7 +317,7 @@ def test_through_a_wall(tmp_path: Path) -> None:
     assert "walls" in broken(replace(run, steps=[step, around], result=None))
 
 
-def test_robots_larger_than_said(perfect: Run) -> None:
+def test_robots_larger_than_said(perfect: ExplorationRun) -> None:
     """A wider team would have touched walls and each other."""
     wide = with_robots(perfect, "radius_m", value=0.19)
     wide.header["radius_m"] = 0.19
@@ -332,14 +338,14 @@ def test_a_radius_that_only_grazes(tmp_path: Path) -> None:
     assert "walls" in broken(wider)
 
 
-def open_field(tmp_path: Path, starts: list[tuple[float, float]], **problem: Any) -> Run:
+def open_field(tmp_path: Path, starts: list[tuple[float, float]], **problem: Any) -> ExplorationRun:
     grid = parse_ascii("\n".join(["." * 12] * 8))
     return explored(
         tmp_path / "run.mcap", grid, robots=len(starts), starts=starts, range_m=3.0, **problem
     )
 
 
-def moved(run: Run, *places: tuple[int, ...]) -> Run:
+def moved(run: ExplorationRun, *places: tuple[int, ...]) -> ExplorationRun:
     """A run of these cells: the first step of another with robots put elsewhere after it."""
     step = run.steps[0]
     steps = [
@@ -398,7 +404,7 @@ def test_slow_robots_take_their_time(tmp_path: Path) -> None:
     assert "speed" in broken(slow)
 
 
-def test_a_wrong_value_in_a_scan(perfect: Run) -> None:
+def test_a_wrong_value_in_a_scan(perfect: ExplorationRun) -> None:
     number, robot = next(scanning(perfect))
 
     def lie(cells: np.ndarray) -> np.ndarray:
@@ -407,7 +413,7 @@ def test_a_wrong_value_in_a_scan(perfect: Run) -> None:
     assert "sight and knowledge" in broken(with_scan(perfect, number, robot, lie))
 
 
-def test_a_cell_claimed_that_is_not_seen(perfect: Run) -> None:
+def test_a_cell_claimed_that_is_not_seen(perfect: ExplorationRun) -> None:
     number, robot = list(scanning(perfect))[3]
     row, col = divmod(int(perfect.steps[number].cells[robot]), cols_of(perfect))
     far = np.argwhere(perfect.cells == 0)
@@ -426,7 +432,7 @@ def test_a_wall_claimed_behind_another(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("wall", [False, True])
-def test_a_cell_in_view_left_out(perfect: Run, wall: bool) -> None:
+def test_a_cell_in_view_left_out(perfect: ExplorationRun, wall: bool) -> None:
     """Every robot's, also what another one tells in the same step, and walls as well."""
     for number, robot in list(scanning(perfect, least=12))[:6]:
 
@@ -437,7 +443,7 @@ def test_a_cell_in_view_left_out(perfect: Run, wall: bool) -> None:
         assert "sight and knowledge" in broken(with_scan(perfect, number, robot, hide))
 
 
-def test_seen_twice(perfect: Run) -> None:
+def test_seen_twice(perfect: ExplorationRun) -> None:
     number, robot = list(scanning(perfect))[-1]
     old = perfect.steps[0].scan(0)[0][0]
     repeat = with_scan(perfect, number, robot, lambda cells: np.append(cells, old))
@@ -446,7 +452,7 @@ def test_seen_twice(perfect: Run) -> None:
     assert "sight and knowledge" in broken(double)
 
 
-def test_looking_without_having_moved_and_not_looking(perfect: Run) -> None:
+def test_looking_without_having_moved_and_not_looking(perfect: ExplorationRun) -> None:
     number, robot = next(
         (number, robot)
         for number, step in enumerate(perfect.steps)
@@ -486,7 +492,7 @@ def test_driving_into_the_unknown(tmp_path: Path) -> None:
     assert any("robot 0 at step 2 drives into the unknown" in text for text in faults)
 
 
-def test_a_goal_nobody_knows(perfect: Run, limited: Run) -> None:
+def test_a_goal_nobody_knows(perfect: ExplorationRun, limited: ExplorationRun) -> None:
     step = 3
     free = np.flatnonzero(perfect.cells.reshape(-1) == 0)
     seen = np.concatenate([item.scans & ~OCCUPIED_BIT for item in perfect.steps[: step + 1]])
@@ -500,30 +506,30 @@ def test_a_goal_nobody_knows(perfect: Run, limited: Run) -> None:
     assert "sight and knowledge" in broken(with_field(limited, 0, "goals", 0, far))
 
 
-def told(run: Run) -> Iterator[tuple[int, np.ndarray]]:
+def told(run: ExplorationRun) -> Iterator[tuple[int, np.ndarray]]:
     for number, step in enumerate(run.steps):
         if len(step.told):
             yield number, step.told.reshape(-1, 4)
 
 
-def with_told(run: Run, number: int, rows: np.ndarray) -> Run:
+def with_told(run: ExplorationRun, number: int, rows: np.ndarray) -> ExplorationRun:
     flat = np.asarray(rows, dtype=np.uint32).reshape(-1)
     return with_steps(run, {number: run.steps[number]._replace(told=flat)})
 
 
-def test_told_over_too_great_a_distance(limited: Run) -> None:
+def test_told_over_too_great_a_distance(limited: ExplorationRun) -> None:
     rows = limited.steps[1].told.reshape(-1, 4)
     for receiver, sender in ((0, 2), (0, 3), (3, 1)):
         far = np.array([[receiver, sender, sender, 1]])
         assert "radio" in broken(with_told(limited, 1, np.concatenate([rows, far])))
 
 
-def test_a_smaller_radio_than_was_used(limited: Run) -> None:
+def test_a_smaller_radio_than_was_used(limited: ExplorationRun) -> None:
     assert "radio" in broken(with_robots(limited, "radio", "range_m", value=0.3))
     assert "radio" in broken(with_robots(limited, "radio", "range_m", value=3.0))
 
 
-def test_told_what_the_sender_does_not_hold(limited: Run) -> None:
+def test_told_what_the_sender_does_not_hold(limited: ExplorationRun) -> None:
     number, rows = next(told(limited))
     for column, value in ((3, 99), (2, 3), (1, 3), (0, 3)):
         lie = rows.copy()
@@ -531,7 +537,7 @@ def test_told_what_the_sender_does_not_hold(limited: Run) -> None:
         assert "radio" in broken(with_told(limited, number, lie)), column
 
 
-def test_nobody_is_told_what_could_be_heard(limited: Run) -> None:
+def test_nobody_is_told_what_could_be_heard(limited: ExplorationRun) -> None:
     number, rows = list(told(limited))[1]
     assert "radio" in broken(with_told(limited, number, rows[:-1]))
     assert "radio" in broken(with_told(limited, number, np.concatenate([rows, rows[-1:]])))
@@ -539,13 +545,15 @@ def test_nobody_is_told_what_could_be_heard(limited: Run) -> None:
         assert "radio" in broken(with_told(limited, number, rows[::-1]))
 
 
-def test_transfers_where_all_hear_all(perfect: Run) -> None:
+def test_transfers_where_all_hear_all(perfect: ExplorationRun) -> None:
     assert "radio" in broken(with_told(perfect, 2, np.array([[0, 1, 1, 1]])))
 
 
 @pytest.mark.parametrize("name", ["messages", "bytes"])
 @pytest.mark.parametrize("change", [-1, 1])
-def test_traffic_counts(perfect: Run, limited: Run, name: str, change: int) -> None:
+def test_traffic_counts(
+    perfect: ExplorationRun, limited: ExplorationRun, name: str, change: int
+) -> None:
     for run in (perfect, limited):
         value = getattr(run.steps[4], name) + change
         tampered = with_field(run, 4, name, None, value)
@@ -579,11 +587,11 @@ def test_traffic_counts(perfect: Run, limited: Run, name: str, change: int) -> N
         ("observable", None),
     ],
 )
-def test_results_that_do_not_follow(perfect: Run, key: str, value: Any) -> None:
+def test_results_that_do_not_follow(perfect: ExplorationRun, key: str, value: Any) -> None:
     assert broken(with_result(perfect, key, value)) == ("metrics",)
 
 
-def test_every_measure_is_checked(perfect: Run) -> None:
+def test_every_measure_is_checked(perfect: ExplorationRun) -> None:
     assert perfect.result is not None
     for key, value in perfect.result["metrics"].items():
         if isinstance(value, float):
@@ -605,11 +613,11 @@ def test_every_measure_is_checked(perfect: Run) -> None:
 
 
 @pytest.mark.parametrize("status", ["stuck", "out_of_budget", "infeasible", "finished", None])
-def test_another_status_than_done(perfect: Run, status: Any) -> None:
+def test_another_status_than_done(perfect: ExplorationRun, status: Any) -> None:
     assert broken(with_result(perfect, "status", status)) == ("ending",)
 
 
-def test_done_though_something_is_unseen(perfect: Run, tmp_path: Path) -> None:
+def test_done_though_something_is_unseen(perfect: ExplorationRun, tmp_path: Path) -> None:
     assert "ending" in broken(replace(perfect, steps=perfect.steps[:-4]))
     late = explored(tmp_path / "run.mcap", rooms(), max_time_s=4.0, **PERFECT)
     assert broken(late) == ()
@@ -623,7 +631,7 @@ def test_done_though_something_is_unseen(perfect: Run, tmp_path: Path) -> None:
     assert broken(replace(late, header=shorter)) == ("ending",)
 
 
-def test_going_on_after_all_is_seen(perfect: Run) -> None:
+def test_going_on_after_all_is_seen(perfect: ExplorationRun) -> None:
     last = perfect.steps[-1]
     nothing = np.zeros(3, np.uint8)
     more = last._replace(
@@ -637,7 +645,7 @@ def test_going_on_after_all_is_seen(perfect: Run) -> None:
     assert "ending" in broken(replace(perfect, steps=[*perfect.steps, more]))
 
 
-def test_turning_takes_a_step(turning: Run) -> None:
+def test_turning_takes_a_step(turning: ExplorationRun) -> None:
     number, robot = next(
         (number, robot)
         for number, robot, _, _ in driving(turning)
@@ -652,18 +660,18 @@ def test_turning_takes_a_step(turning: Run) -> None:
     assert "headings" in broken(replace(turning, steps=steps))
 
 
-def test_facing_another_way_than_driven(perfect: Run) -> None:
+def test_facing_another_way_than_driven(perfect: ExplorationRun) -> None:
     number, robot, _, _ = next(driving(perfect, straight=True))
     wrong = (int(perfect.steps[number + 1].headings[robot]) + 2) % 4
     assert "headings" in broken(with_field(perfect, number + 1, "headings", robot, wrong))
 
 
-def test_motion_the_robot_does_not_have(perfect: Run) -> None:
+def test_motion_the_robot_does_not_have(perfect: ExplorationRun) -> None:
     assert "walls" in broken(with_robots(perfect, "motion", "diagonal", value=False))
     assert "headings" in broken(with_robots(perfect, "motion", "turn_costs_step", value=True))
 
 
-def test_a_sensor_the_robot_does_not_have(perfect: Run) -> None:
+def test_a_sensor_the_robot_does_not_have(perfect: ExplorationRun) -> None:
     for value in (1.1, 1.5):
         assert "sight and knowledge" in broken(
             with_robots(perfect, "sensor", "range_m", value=value)
@@ -671,7 +679,7 @@ def test_a_sensor_the_robot_does_not_have(perfect: Run) -> None:
     assert "sight and knowledge" in broken(with_robots(perfect, "sensor", "occlusion", value=False))
 
 
-def test_another_map(perfect: Run) -> None:
+def test_another_map(perfect: ExplorationRun) -> None:
     free = np.argwhere(perfect.cells == 0)[40]
     cells = perfect.cells.copy()
     cells[tuple(free)] = 1
@@ -679,13 +687,13 @@ def test_another_map(perfect: Run) -> None:
     assert broken(replace(perfect, resolution=perfect.resolution * 2)) != ()
 
 
-def test_other_starts(perfect: Run) -> None:
+def test_other_starts(perfect: ExplorationRun) -> None:
     header = copy.deepcopy(perfect.header)
     header["starts"][0] += 1
     assert "form" in broken(replace(perfect, header=header))
 
 
-def test_a_clock_that_runs_slow(perfect: Run) -> None:
+def test_a_clock_that_runs_slow(perfect: ExplorationRun) -> None:
     assert broken(replace(perfect, header={**perfect.header, "step_s": 0.1}))[0] == "form"
 
 
@@ -710,11 +718,13 @@ def test_a_clock_that_runs_slow(perfect: Run) -> None:
         ("scans", None, np.array([10**6], np.uint32)),
     ],
 )
-def test_steps_of_another_form(perfect: Run, name: str, place: int | None, value: Any) -> None:
+def test_steps_of_another_form(
+    perfect: ExplorationRun, name: str, place: int | None, value: Any
+) -> None:
     assert broken(with_field(perfect, 5, name, place, value)) == ("form",)
 
 
-def test_steps_lost_or_doubled(perfect: Run) -> None:
+def test_steps_lost_or_doubled(perfect: ExplorationRun) -> None:
     steps = perfect.steps
     assert broken(replace(perfect, steps=[*steps[:5], *steps[6:]])) == ("form",)
     assert broken(replace(perfect, steps=[*steps[:5], steps[4], *steps[5:]])) == ("form",)
@@ -742,7 +752,7 @@ def test_steps_lost_or_doubled(perfect: Run) -> None:
         {"max_time_s": None},
     ],
 )
-def test_headers_that_cannot_be_used(perfect: Run, change: dict[str, Any]) -> None:
+def test_headers_that_cannot_be_used(perfect: ExplorationRun, change: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=r"has a header that cannot be used|is a run of job"):
         verify_exploration(replace(perfect, header={**perfect.header, **change}))
 
@@ -759,17 +769,17 @@ def test_headers_that_cannot_be_used(perfect: Run, change: dict[str, Any]) -> No
         (("radio", "range_m"), "far"),
     ],
 )
-def test_robots_that_cannot_be(perfect: Run, keys: tuple[str, ...], value: Any) -> None:
+def test_robots_that_cannot_be(perfect: ExplorationRun, keys: tuple[str, ...], value: Any) -> None:
     with pytest.raises(InputError, match="has a header that cannot be used"):
         verify_exploration(with_robots(perfect, *keys, value=value))
 
 
-def test_absurd_lengths_are_no_trouble(perfect: Run) -> None:
+def test_absurd_lengths_are_no_trouble(perfect: ExplorationRun) -> None:
     for keys in (("radius_m",), ("sensor", "range_m"), ("radio", "range_m")):
         assert broken(with_robots(perfect, *keys, value=1e308)) != ()
 
 
-def test_a_tampered_file(perfect: Run, tmp_path: Path) -> None:
+def test_a_tampered_file(perfect: ExplorationRun, tmp_path: Path) -> None:
     """The same through a file: whole, with right checksums, and wrong."""
     good = tmp_path / "good.mcap"
     rewrite(perfect, good)
@@ -786,9 +796,9 @@ def test_a_tampered_file(perfect: Run, tmp_path: Path) -> None:
     assert "walls" in broken(read_run(bad))
 
 
-def rewrite(run: Run, path: Path) -> None:
+def rewrite(run: ExplorationRun, path: Path) -> None:
     step_ns = round(run.header["step_s"] * 1e9)
-    with RunWriter(path) as writer:
+    with ExplorationWriter(path) as writer:
         writer.header(run.header)
         writer.world(run.cells, run.resolution, run.origin)
         for step in run.steps:
@@ -799,7 +809,7 @@ def rewrite(run: Run, path: Path) -> None:
 
 @settings(max_examples=120, deadline=None)
 @given(data=st.data())
-def test_no_changed_number_goes_unnoticed(limited: Run, data: st.DataObject) -> None:
+def test_no_changed_number_goes_unnoticed(limited: ExplorationRun, data: st.DataObject) -> None:
     """One number of one step changed at random: some rule is broken.
 
     Left out are claims of a mind that need not be true: what it asks for and whether it is done.
@@ -839,24 +849,24 @@ class Shy(Nearest):
 
 
 @pytest.fixture(scope="module")
-def shy(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def shy(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     path = tmp_path_factory.mktemp("shy") / "run.mcap"
     return explored(path, rooms(), robots=3, seed=3, range_m=1.3, strategy=Shy())
 
 
-def test_radios_that_are_off_part_of_the_time(shy: Run) -> None:
+def test_radios_that_are_off_part_of_the_time(shy: ExplorationRun) -> None:
     assert broken(shy) == ()
     assert shy.header["all_to_all"] is False
     assert any(len(step.told) for step in shy.steps)
 
 
-def test_heard_with_the_radio_off(shy: Run) -> None:
+def test_heard_with_the_radio_off(shy: ExplorationRun) -> None:
     number = next(step.step for step in shy.steps[1:] if len(step.told))
     receiver = int(shy.steps[number].told[0])
     assert "radio" in broken(with_field(shy, number - 1, "quiet", receiver, 1))
 
 
-def test_not_heard_with_the_radio_on(shy: Run) -> None:
+def test_not_heard_with_the_radio_on(shy: ExplorationRun) -> None:
     changes = {
         number: step._replace(quiet=np.zeros_like(step.quiet))
         for number, step in enumerate(shy.steps)
@@ -864,7 +874,7 @@ def test_not_heard_with_the_radio_on(shy: Run) -> None:
     assert "radio" in broken(with_steps(shy, changes))
 
 
-def test_speaking_with_the_radio_off(shy: Run) -> None:
+def test_speaking_with_the_radio_off(shy: ExplorationRun) -> None:
     number, sender = next(
         (step.step, int(robot)) for step in shy.steps for robot in np.flatnonzero(step.quiet)
     )
@@ -878,11 +888,11 @@ def test_speaking_with_the_radio_off(shy: Run) -> None:
     assert broken(tampered) == ("radio",)
 
 
-def test_a_radio_off_where_all_tell_all(perfect: Run) -> None:
+def test_a_radio_off_where_all_tell_all(perfect: ExplorationRun) -> None:
     assert perfect.header["all_to_all"] is True
     assert broken(with_field(perfect, 3, "quiet", 0, 1)) == ("radio",)
 
 
-def test_all_tell_all_only_over_radios_that_reach_all(limited: Run) -> None:
+def test_all_tell_all_only_over_radios_that_reach_all(limited: ExplorationRun) -> None:
     header = {**limited.header, "all_to_all": True}
     assert "form" in broken(replace(limited, header=header))

@@ -15,7 +15,7 @@ from conav.exploration.verify import verify_exploration
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.occupancy_grid import OccupancyGrid
 from conav.runs.reader import read_run
-from conav.runs.types import Run, StepRecord
+from conav.runs.types import ExplorationRun, StepRecord
 
 ROOMS = """
 #######################
@@ -34,13 +34,13 @@ ROOMS = """
 STALLED, DEAD, ABSENT = 1, 2, 3
 
 
-def explored(path: Path, map: Any, **problem: Any) -> Run:
+def explored(path: Path, map: Any, **problem: Any) -> ExplorationRun:
     conav.explore(map, out=path, **problem)
     return read_run(path)
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def run(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     """Robot 0 dies, robot 1 stalls for a while, robot 2 joins late, robot 3 runs empty."""
     return explored(
         tmp_path_factory.mktemp("broken") / "run.mcap",
@@ -55,7 +55,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 @pytest.fixture(scope="module")
-def slow(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def slow(tmp_path_factory: pytest.TempPathFactory) -> ExplorationRun:
     """Over radios that lose, delay, and are stopped by walls."""
     return explored(
         tmp_path_factory.mktemp("slow") / "run.mcap",
@@ -69,11 +69,13 @@ def slow(tmp_path_factory: pytest.TempPathFactory) -> Run:
     )
 
 
-def broken(run: Run) -> tuple[str, ...]:
+def broken(run: ExplorationRun) -> tuple[str, ...]:
     return verify_exploration(run).broken()
 
 
-def with_field(run: Run, number: int, name: str, place: int | None, value: Any) -> Run:
+def with_field(
+    run: ExplorationRun, number: int, name: str, place: int | None, value: Any
+) -> ExplorationRun:
     step = run.steps[number]
     part = getattr(step, name)
     if isinstance(part, np.ndarray) and place is not None:
@@ -84,28 +86,28 @@ def with_field(run: Run, number: int, name: str, place: int | None, value: Any) 
     return with_steps(run, {number: step._replace(**{name: part})})
 
 
-def with_steps(run: Run, changes: dict[int, StepRecord]) -> Run:
+def with_steps(run: ExplorationRun, changes: dict[int, StepRecord]) -> ExplorationRun:
     return replace(run, steps=[changes.get(k, step) for k, step in enumerate(run.steps)])
 
 
-def with_robots(run: Run, change: dict[str, Any]) -> Run:
+def with_robots(run: ExplorationRun, change: dict[str, Any]) -> ExplorationRun:
     robots = [{**robot, **change} for robot in run.header["robots"]]
     return replace(run, header={**run.header, "robots": robots})
 
 
-def with_radios(run: Run, change: dict[str, Any]) -> Run:
+def with_radios(run: ExplorationRun, change: dict[str, Any]) -> ExplorationRun:
     robots = [{**robot, "radio": {**robot["radio"], **change}} for robot in run.header["robots"]]
     return replace(run, header={**run.header, "robots": robots})
 
 
-def where(run: Run, robot: int, condition: int) -> list[int]:
+def where(run: ExplorationRun, robot: int, condition: int) -> list[int]:
     return [step.step for step in run.steps if step.condition[robot] == condition]
 
 
 # --- robots ---------------------------------------------------------------------------------------
 
 
-def test_the_runs_to_tamper_with_are_good(run: Run, slow: Run) -> None:
+def test_the_runs_to_tamper_with_are_good(run: ExplorationRun, slow: ExplorationRun) -> None:
     for one in (run, slow):
         report = verify_exploration(one)
         assert report.accepted, report.lines()
@@ -117,7 +119,7 @@ def test_the_runs_to_tamper_with_are_good(run: Run, slow: Run) -> None:
 
 
 @pytest.mark.parametrize(("robot", "condition"), [(0, DEAD), (1, STALLED), (2, ABSENT)])
-def test_who_cannot_drive_drives(run: Run, robot: int, condition: int) -> None:
+def test_who_cannot_drive_drives(run: ExplorationRun, robot: int, condition: int) -> None:
     last = where(run, robot, condition)[-1]
     number = last if condition != DEAD else last - 1
     cell = int(run.steps[number].cells[robot])
@@ -125,7 +127,7 @@ def test_who_cannot_drive_drives(run: Run, robot: int, condition: int) -> None:
         assert "faults" in broken(with_field(run, number, "cells", robot, other))
 
 
-def test_who_is_dead_turns(run: Run) -> None:
+def test_who_is_dead_turns(run: ExplorationRun) -> None:
     number = where(run, 0, DEAD)[3]
     heading = int(run.steps[number].headings[0])
     assert "faults" in broken(with_field(run, number, "headings", 0, (heading + 1) % 4))
@@ -137,19 +139,19 @@ def test_who_is_dead_turns(run: Run) -> None:
     [("looked", 1), ("wishes", 0), ("goals", 30), ("finished", 1), ("quiet", 1)],
 )
 def test_who_is_not_on_senses_or_decides(
-    run: Run, robot: int, condition: int, name: str, value: int
+    run: ExplorationRun, robot: int, condition: int, name: str, value: int
 ) -> None:
     number = where(run, robot, condition)[2]
     assert "faults" in broken(with_field(run, number, name, robot, value))
 
 
-def test_who_is_dead_speaks(run: Run) -> None:
+def test_who_is_dead_speaks(run: ExplorationRun) -> None:
     number = where(run, 0, DEAD)[2]
     said = np.array([0, 1, 30], np.uint32)
     assert "faults" in broken(with_field(run, number, "said", None, said))
 
 
-def test_who_is_dead_tells(run: Run) -> None:
+def test_who_is_dead_tells(run: ExplorationRun) -> None:
     dead = where(run, 0, DEAD)[0]
     step = next(s for s in run.steps[:dead] if 0 in s.told[1::4])
     row = step.told.reshape(-1, 4)[step.told[1::4] == 0][0]
@@ -159,20 +161,20 @@ def test_who_is_dead_tells(run: Run) -> None:
 
 
 @pytest.mark.parametrize("robot", range(5))
-def test_another_condition_than_there_is(run: Run, robot: int) -> None:
+def test_another_condition_than_there_is(run: ExplorationRun, robot: int) -> None:
     for number in (3, 10, 20):
         now = int(run.steps[number].condition[robot])
         for other in {0, STALLED, DEAD, ABSENT} - {now}:
             assert "faults" in broken(with_field(run, number, "condition", robot, other))
 
 
-def test_more_energy_than_there_is(run: Run) -> None:
+def test_more_energy_than_there_is(run: ExplorationRun) -> None:
     for change in ({"energy_j": 300.0}, {"on_w": 12.0}, {"drive_j_per_m": 25.0}):
         assert "faults" in broken(with_robots(run, change))
     assert "faults" in broken(with_robots(run, {"energy_j": None}))
 
 
-def test_faults_that_were_not_asked_for(run: Run) -> None:
+def test_faults_that_were_not_asked_for(run: ExplorationRun) -> None:
     faults = run.header["faults"]
     for number, fault in enumerate(faults):
         rest = [*faults[:number], *faults[number + 1 :]]
@@ -192,7 +194,7 @@ def test_faults_that_were_not_asked_for(run: Run) -> None:
         [{"robot": 0, "kind": "dies"}],
     ],
 )
-def test_headers_that_cannot_be_used(run: Run, faults: Any) -> None:
+def test_headers_that_cannot_be_used(run: ExplorationRun, faults: Any) -> None:
     with pytest.raises(InputError, match="has a header that cannot be used"):
         verify_exploration(replace(run, header={**run.header, "faults": faults}))
 
@@ -222,11 +224,11 @@ def test_what_only_the_dead_knew_does_not_count(tmp_path: Path) -> None:
 # --- radios ---------------------------------------------------------------------------------------
 
 
-def told_rows(run: Run) -> list[tuple[int, np.ndarray]]:
+def told_rows(run: ExplorationRun) -> list[tuple[int, np.ndarray]]:
     return [(step.step, row) for step in run.steps for row in step.told.reshape(-1, 4)]
 
 
-def test_told_without_a_link(slow: Run) -> None:
+def test_told_without_a_link(slow: ExplorationRun) -> None:
     """With a weaker signal, or thicker walls, some of what was told could not be."""
     model = slow.header["robots"][0]["radio"]["path_loss"]
     for change in ({"reference_db": 49.9, "reference_distance": 5.0}, {"wall_exponent": 8.0}):
@@ -235,7 +237,7 @@ def test_told_without_a_link(slow: Run) -> None:
     assert "radio" in broken(with_radios(slow, {"range_m": 0.6}))
 
 
-def test_told_too_early(slow: Run) -> None:
+def test_told_too_early(slow: ExplorationRun) -> None:
     number, row = next((n, row) for n, row in told_rows(slow) if n > 3)
     before = slow.steps[number - 1]
     step = slow.steps[number]
@@ -249,19 +251,19 @@ def test_told_too_early(slow: Run) -> None:
     assert "radio" in broken(with_radios(slow, {"delay_s": 3.0}))
 
 
-def test_told_before_anything_could_arrive(slow: Run) -> None:
+def test_told_before_anything_could_arrive(slow: ExplorationRun) -> None:
     assert "radio" in broken(with_field(slow, 1, "told", None, np.array([0, 1, 1, 1], np.uint32)))
 
 
 @pytest.mark.parametrize("place", range(4))
-def test_told_what_was_not_held_or_by_nobody(slow: Run, place: int) -> None:
+def test_told_what_was_not_held_or_by_nobody(slow: ExplorationRun, place: int) -> None:
     number, _ = told_rows(slow)[5]
     value = int(slow.steps[number].told[place])
     bad = 99 if place != 3 else value + 50
     assert "radio" in broken(with_field(slow, number, "told", place, bad))
 
 
-def test_told_what_was_known(slow: Run) -> None:
+def test_told_what_was_known(slow: ExplorationRun) -> None:
     number, row = told_rows(slow)[5]
     step = slow.steps[number]
     assert "radio" in broken(
@@ -269,14 +271,14 @@ def test_told_what_was_known(slow: Run) -> None:
     )
 
 
-def test_what_arrived_was_paid_for(slow: Run) -> None:
+def test_what_arrived_was_paid_for(slow: ExplorationRun) -> None:
     step = next(s for s in slow.steps if s.messages)
     assert "messages" in broken(with_field(slow, step.step, "messages", None, 1))
     assert "messages" in broken(with_field(slow, step.step, "messages", None, 1000))
     assert "messages" in broken(with_field(slow, step.step, "bytes", None, 100))
 
 
-def test_a_slow_radio_is_no_perfect_one(slow: Run, run: Run) -> None:
+def test_a_slow_radio_is_no_perfect_one(slow: ExplorationRun, run: ExplorationRun) -> None:
     for one in (slow, run):
         assert "form" in broken(replace(one, header={**one.header, "all_to_all": True}))
 
@@ -291,7 +293,7 @@ def test_a_slow_radio_is_no_perfect_one(slow: Run, run: Run) -> None:
         {"path_loss": 3},
     ],
 )
-def test_radios_that_cannot_be(slow: Run, change: dict[str, Any]) -> None:
+def test_radios_that_cannot_be(slow: ExplorationRun, change: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="has a header that cannot be used"):
         verify_exploration(with_radios(slow, change))
 

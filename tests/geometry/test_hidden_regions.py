@@ -1,19 +1,9 @@
 """Hidden regions: by hand, by their areas, and by points and ways that the twin finds hidden."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from exact_floor import ExactFloor, exact
-from floor_shapes import (
-    L_SHAPE,
-    RING,
-    ROOMS,
-    area,
-    comb,
-    floors,
-    jittered_floors,
-    pillar_floors,
-    viewpoints,
-)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,6 +17,18 @@ from conav.geometry.hidden_regions import (
 from conav.geometry.point_grid import OUTSIDE
 from conav.geometry.triangulation import triangulate
 from conav.geometry.visibility import visibility_polygon
+from exact_floor import ExactFloor, exact
+from floor_shapes import (
+    L_SHAPE,
+    RING,
+    ROOMS,
+    area,
+    comb,
+    floors,
+    jittered_floors,
+    pillar_floors,
+    viewpoints,
+)
 
 
 def floor_of(rings):
@@ -43,14 +45,14 @@ def hide(rings, x: float, y: float):
 def areas(floor, hidden) -> list[float]:
     return [
         sum(area(ring) for ring in region_border(floor, hidden, region))
-        for region in range(hidden.count)
+        for region in range(hidden.n_regions)
     ]
 
 
 def test_nothing_is_hidden_in_a_convex_room_or_from_off_the_floor() -> None:
-    assert hide([[(0, 0), (4, 0), (4, 3), (0, 3)]], 1, 1)[1].count == 0
+    assert hide([[(0, 0), (4, 0), (4, 3), (0, 3)]], 1, 1)[1].n_regions == 0
     floor, hidden = hide(RING, 5, 5)
-    assert hidden.count == 0
+    assert hidden.n_regions == 0
     assert regions_at(floor, hidden, [(1, 1), (5, 5)]).tolist() == [-1, -1]
 
 
@@ -63,14 +65,14 @@ def test_one_pocket_behind_a_corner() -> None:
 
 def test_behind_a_hole_two_windows_share_a_region() -> None:
     floor, hidden = hide(RING, 1, 5)
-    assert hidden.count == 1
+    assert hidden.n_regions == 1
     assert (hidden.regions == 0).sum() == 2
     assert areas(floor, hidden) == [pytest.approx(20)]
 
 
 def test_each_tooth_of_a_comb_hides_its_own_region() -> None:
     floor, hidden = hide(comb(7), 7.5, 0)
-    assert hidden.count == 6  # the one straight above is seen
+    assert hidden.n_regions == 6  # the one straight above is seen
     assert sum(areas(floor, hidden)) == pytest.approx(7 * 5 + 15 - hidden.seen.area)
 
 
@@ -80,7 +82,7 @@ def test_windows_on_one_ray_part_pockets_that_touch() -> None:
         [(0, 0), (12, 0), (12, 6), (8, 6), (6, 1), (5, 6), (4, 1), (3, 6), (0, 6)],
     ]
     floor, hidden = hide(rings, 1, 1)
-    assert hidden.count == 2
+    assert hidden.n_regions == 2
     assert regions_at(floor, hidden, [(5, 3), (10, 5)]).tolist() in ([0, 1], [1, 0])
 
 
@@ -105,7 +107,7 @@ def test_a_region_around_the_viewpoint_lies_outside_its_walk() -> None:
         blades.append([(-y, x) for x, y in blades[-1]])
     rings = [[(-20, -20), (20, -20), (20, 20), (-20, 20)], *blades]
     floor, hidden = hide(rings, 0, 0)
-    assert hidden.count == 1
+    assert hidden.n_regions == 1
     assert (hidden.regions == 0).sum() == 4
     assert hidden_rings(floor, hidden).tolist() == [0, -1, -1, -1, -1]
     walk, outer = region_border(floor, hidden, 0)
@@ -168,7 +170,7 @@ def hidden_way(exactly: ExactFloor, q, a, b) -> bool:
             if 0 < t < 1:
                 parts.add(t)
     ordered = sorted(parts)
-    middles = [(s + t) / 2 for s, t in zip(ordered, ordered[1:], strict=False)]
+    middles = [(s + t) / 2 for s, t in pairwise(ordered)]
     return not any(
         exactly.sees(q, (a[0] + t * d[0], a[1] + t * d[1])) for t in [*middles, *ordered]
     )

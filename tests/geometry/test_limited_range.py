@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from exact_floor import ExactFloor, exact
-from floor_shapes import L_SHAPE, RING, floors, jittered_floors, viewpoints
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +10,8 @@ from conav.geometry.limited_range import RANGE_END, limit_range
 from conav.geometry.point_grid import OUTSIDE
 from conav.geometry.triangulation import triangulate
 from conav.geometry.visibility import VisibilityPolygon, visibility_polygon
+from exact_floor import ExactFloor, exact
+from floor_shapes import L_SHAPE, RING, floors, jittered_floors, viewpoints
 
 
 def look(rings, x: float, y: float) -> VisibilityPolygon:

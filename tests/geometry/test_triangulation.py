@@ -4,14 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from exact_floor import ExactFloor, cross, exact, minus, turn
-from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conav.errors import InputError
 from conav.geometry.point_grid import INSIDE, ON_SIDE, ON_VERTEX, OUTSIDE, locate
 from conav.geometry.triangulation import Triangulation, triangulate
+from exact_floor import ExactFloor, cross, exact, minus, turn
+from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 
 
 def floor_of(rings) -> Triangulation:
@@ -135,7 +135,10 @@ SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
         ([SQUARE[::-1]], "not on the left"),
         ([SQUARE, [(1, 1), (2, 1), (2, 2)]], "not on the left"),
         ([SQUARE, [(5, 1), (5, 2), (6, 2)]], "not on the left"),
-        ([SQUARE, [(1, 1), (1, 3), (3, 3), (3, 1)], [(2, 1.5), (1.5, 2), (2, 2)]], "not on the left"),
+        (
+            [SQUARE, [(1, 1), (1, 3), (3, 3), (3, 1)], [(2, 1.5), (1.5, 2), (2, 2)]],
+            "not on the left",
+        ),
         ([[(0, 0), (1, 1), (2, 2)]], "one line"),
         ([[(0, 0), (1, 1)]], "fewer than 3"),
         ([[(0, 0), (1, 0), (0, np.nan)]], "exactly"),

@@ -4,8 +4,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from exact_floor import ExactFloor, Piece, exact, minus, turn
-from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +16,8 @@ from conav.geometry.visibility import (
     find_windows,
     visibility_polygon,
 )
+from exact_floor import ExactFloor, Piece, exact, minus, turn
+from floor_shapes import L_SHAPE, RING, ROOMS, comb, floors, jittered_floors, viewpoints
 
 
 def floor_of(rings) -> Triangulation:

@@ -139,6 +139,13 @@ def test_long_labels_are_broken() -> None:
     assert label_text(parse_formula("a & !b")) == "a & !b"
 
 
+def test_a_label_that_says_nothing_gives_a_number(tmp_path: Path) -> None:
+    save_automaton(tmp_path / "odd.svg", of("F (a <-> b <-> c <-> d <-> e)"))
+    seen = words(tmp_path / "odd.svg")
+    assert seen.count("16 of 32") == 2
+    assert seen.count("label sets") == 2
+
+
 def test_files_repeat(tmp_path: Path) -> None:
     for suffix in ("png", "svg"):
         for name in ("a", "b"):

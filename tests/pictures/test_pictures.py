@@ -25,7 +25,7 @@ from conav.pictures.palette import PAGE, TEXT, Colours, robot_colours
 from conav.pictures.replay import Replay, team_of
 from conav.pictures.still import save_still
 from conav.pictures.view import Tiles, View, Window, fitted, window_around
-from conav.runs.types import OCCUPIED_BIT, Run, StepRecord
+from conav.runs.types import OCCUPIED_BIT, ExplorationRun, StepRecord
 
 # Colours that a person reads off the picture; a tint is a fifth of the robot's colour in white.
 UNSEEN, UNSEEN_WALL = (203, 207, 213), (186, 191, 199)
@@ -91,7 +91,7 @@ def make_run(
     turning: bool = False,
     radius_m: float = 0.3,
     **result: Any,
-) -> Run:
+) -> ExplorationRun:
     robot = {"radius_m": radius_m, "motion": {"turn_costs_step": turning}}
     header = {
         "job": "explore",
@@ -103,7 +103,7 @@ def make_run(
         "step_s": 2.0,
     }
     ended = {"status": "done", "interrupted": False, "metrics": {"coverage": 1.0}} | result
-    return Run(
+    return ExplorationRun(
         path=Path("by_hand.mcap"),
         header=header,
         cells=truth,
@@ -121,7 +121,7 @@ def at(row: int, col: int) -> int:
     return row * COLS + col
 
 
-def two_robots(**result: Any) -> Run:
+def two_robots(**result: Any) -> ExplorationRun:
     """Robot 0 sees columns 0 to 20, all rows; robot 1 then columns 15 to 36 in rows 0 to 9."""
     truth = world()
     everything = look(truth, range(ROWS), range(WALL_COL + 1))
@@ -138,7 +138,7 @@ def pixel(image: Image.Image, row: float, col: float) -> tuple[int, ...]:
     return got
 
 
-def still(run: Run, folder: Path, **settings: Any) -> Image.Image:
+def still(run: ExplorationRun, folder: Path, **settings: Any) -> Image.Image:
     save_still(run, folder / "a.png", **settings)
     with Image.open(folder / "a.png") as image:
         return image.convert("RGB")

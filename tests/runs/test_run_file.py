@@ -12,10 +12,10 @@ from hypothesis.extra.numpy import arrays
 import conav
 from conav.errors import InputError
 from conav.runs.encode import encode_step
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.reader import read_run, repair_run
 from conav.runs.schemas import FORMAT, STEP, typestore
 from conav.runs.types import OCCUPIED_BIT, StepRecord
-from conav.runs.writer import RunWriter
 
 HEADER = {"format": FORMAT, "job": "explore", "note": "größer"}
 WORLD = np.array([[0, 1, 2], [2, 0, 0]], dtype=np.uint8)
@@ -56,7 +56,7 @@ def same(a: StepRecord, b: StepRecord) -> bool:
 
 
 def write(path: Path, steps: list[StepRecord], result: dict[str, object] | None) -> str:
-    with RunWriter(path) as writer:
+    with ExplorationWriter(path) as writer:
         writer.header(HEADER)
         writer.world(WORLD, 0.25, (1.0, -2.0, 0.5))
         for number, step in enumerate(steps):
@@ -162,15 +162,15 @@ def test_a_run_is_written_over_a_run_and_nothing_else(tmp_path: Path) -> None:
     assert read_run(path).result == {"status": "stuck"}
     path.write_text("precious")
     with pytest.raises(InputError, match="exists and is no run file; it is left alone"):
-        RunWriter(path)
+        ExplorationWriter(path)
     assert path.read_text() == "precious"
 
 
 def test_places_that_cannot_be_written_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"is a folder; name a file, for example run\.mcap"):
-        RunWriter(tmp_path)
+        ExplorationWriter(tmp_path)
     with pytest.raises(InputError, match="lies in a folder that does not exist; make the folder"):
-        RunWriter(tmp_path / "no" / "run.mcap")
+        ExplorationWriter(tmp_path / "no" / "run.mcap")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")

@@ -23,7 +23,7 @@ from conav.maps.planning_grid import planning_grid
 from conav.messages.message import Message
 from conav.robots.motion import MOTIONS
 from conav.robots.radio import Radio, radio
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 from conav.simulation.explore import exploration_problem
 from conav.simulation.no_traffic import pass_through
 from conav.simulation.observable import observable_cells
@@ -53,7 +53,7 @@ class Plans:
 
 def played(
     path: Path, picture: str, starts: list[tuple[float, float]], plans: Sequence[str], **more: Any
-) -> Run:
+) -> ExplorationRun:
     """The run of robots that drive as letters say; `.` is to stay. They see one cell around."""
     lists = tuple(tuple("ENWS.".index(k) if k != "." else STAY for k in plan) for plan in plans)
     problem = {"range_m": 1.5, "cell_m": 1.0, "speed_mps": 1.0, "motion": "4-connected"} | more
@@ -68,15 +68,15 @@ def played(
     return conav.read_run(path)
 
 
-def places(run: Run) -> list[list[int]]:
+def places(run: ExplorationRun) -> list[list[int]]:
     return [step.cells.tolist() for step in run.steps]
 
 
-def broken(run: Run) -> tuple[str, ...]:
+def broken(run: ExplorationRun) -> tuple[str, ...]:
     return verify_exploration(run).broken()
 
 
-def as_if(run: Run, **header: Any) -> Run:
+def as_if(run: ExplorationRun, **header: Any) -> ExplorationRun:
     return replace(run, header={**copy.deepcopy(run.header), **header})
 
 

@@ -160,7 +160,5 @@ class ExactFloor:
     def visible_area(self, q: Point) -> Fraction:
         total = Fraction(0)
         for wall, start, end in self.visible_pieces(q):
-            total += cross(
-                minus(self.point_on(wall, start), q), minus(self.point_on(wall, end), q)
-            )
+            total += cross(minus(self.point_on(wall, start), q), minus(self.point_on(wall, end), q))
         return total / 2

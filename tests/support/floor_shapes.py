@@ -66,9 +66,7 @@ def rings_of_cells(cells: np.ndarray) -> Rings:
 def without_straight_points(ring):
     count = len(ring)
     return [
-        ring[i]
-        for i in range(count)
-        if area([ring[i - 1], ring[i], ring[(i + 1) % count]]) != 0
+        ring[i] for i in range(count) if area([ring[i - 1], ring[i], ring[(i + 1) % count]]) != 0
     ]
 
 

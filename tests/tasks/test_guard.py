@@ -6,6 +6,7 @@ from random import Random
 
 import pytest
 
+from conav.tasks import guard as guard_module
 from conav.tasks.automaton import Letter
 from conav.tasks.formula import Formula, Operator
 from conav.tasks.guard import guard, guards
@@ -76,6 +77,31 @@ def test_guards_of_more_names_are_right(names: str, holds: Callable[..., bool]) 
         found = guard(inside, outside)
         assert all(holds(found, [letter]) for letter in inside)
         assert not any(holds(found, [letter]) for letter in outside)
+
+
+def test_guards_of_very_many_letters(holds: Callable[..., bool]) -> None:
+    """Nine names, 512 letters: right, and without a name that could be left out of a term."""
+    letters = every_letter("abcdefghi")
+    rng = Random(2)
+    for _ in range(2):
+        inside, outside = split(letters, [rng.choice((0, 1, 2)) for _ in letters])
+        found = guard(inside, outside)
+        assert all(holds(found, [letter]) for letter in inside)
+        assert not any(holds(found, [letter]) for letter in outside)
+        terms = guard_module._shortened(
+            *(
+                sorted(sum(1 << "abcdefghi".index(name) for name in letter) for letter in side)
+                for side in (inside, outside)
+            )
+        )
+        for has, own in terms:
+            for bit in (1 << i for i in range(9) if has >> i & 1):
+                fewer = has & ~bit
+                masks = (sum(1 << "abcdefghi".index(x) for x in letter) for letter in outside)
+                assert any(mask & fewer == own & fewer for mask in masks)
+    # What matters little is found all the same.
+    some = [letter for letter in letters if "a" in letter and "b" not in letter]
+    assert str(guard(some, [letter for letter in letters if letter not in some])) == "a & !b"
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,12 @@ from conav import __version__
 from conav.cli.compare import compare
 from conav.cli.explore import explore
 from conav.cli.maps import maps
+from conav.cli.plan import plan
+from conav.cli.pursue import pursue
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
+from conav.cli.scenes import scenes
+from conav.cli.schema import schema
 from conav.cli.task import task
 from conav.cli.verify import verify
 
@@ -18,9 +22,13 @@ app = App(
     help_format="plaintext",
 )
 app.command(explore)
+app.command(plan)
+app.command(pursue)
 app.command(compare)
 app.command(maps)
+app.command(scenes)
 app.command(task)
 app.command(verify)
 app.command(repair)
 app.command(reproduce)
+app.command(schema)

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from conav.cli.numbers import Whole
+from conav.cli.settings import parse_settings
 from conav.errors import InputError
 
 
@@ -113,7 +114,7 @@ def explore(
     quiet
         Print nothing but errors.
     """
-    settings = _settings(set or [])
+    settings = parse_settings(set or [])
     for path, suffix in ((png, ".png"), (gif, ".gif")):
         if path is not None and path.suffix.lower() != suffix:
             raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
@@ -205,22 +206,12 @@ def parse_points(place: str, text: str) -> list[tuple[float, float]]:
     return points
 
 
-def _settings(pairs: list[str]) -> dict[str, str]:
-    settings: dict[str, str] = {}
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        if not equals or not name:
-            raise InputError(f"--set {pair}", "is not name=value", "write --set name=value")
-        settings[name.strip().replace("-", "_")] = value.strip()
-    return settings
-
-
 def _draw(run_file: Path, png: Path | None, gif: Path | None) -> None:
     from conav.pictures.animation import save_animation
     from conav.pictures.still import save_still
-    from conav.runs.reader import read_run
+    from conav.runs.reader import read_exploration
 
-    run = read_run(run_file)
+    run = read_exploration(run_file)
     if png is not None:
         save_still(run, png)
     if gif is not None:

@@ -42,9 +42,13 @@ class EndAfterStep:
 
     def step(self) -> None:
         """To be called between two steps; raises `KeyboardInterrupt` when one was asked for."""
-        self._stepping = True
-        if self._asked:
+        if self.asked():
             raise KeyboardInterrupt
+
+    def asked(self) -> bool:
+        """To be called between two steps: whether an end was asked for."""
+        self._stepping = True
+        return self._asked
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self._asked or not self._stepping:

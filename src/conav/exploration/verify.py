@@ -19,7 +19,7 @@ from conav.exploration.verify_motion import (
     well_formed,
 )
 from conav.exploration.verify_world import Check, read_world
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 CHECKS = (
     "form",
@@ -89,7 +89,7 @@ class VerificationReport:
         }
 
 
-def verify_exploration(run: Run) -> VerificationReport:
+def verify_exploration(run: ExplorationRun) -> VerificationReport:
     """The verdict on an exploration's run file.
 
     Raises `InputError` when the run is of another job or its header is not one of an exploration.
@@ -122,7 +122,7 @@ def verify_exploration(run: Run) -> VerificationReport:
     return _report(run, tuple(checks.values()))
 
 
-def _report(run: Run, checks: tuple[Check, ...]) -> VerificationReport:
+def _report(run: ExplorationRun, checks: tuple[Check, ...]) -> VerificationReport:
     return VerificationReport(
         path=str(run.path),
         checks=checks,

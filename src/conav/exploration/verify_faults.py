@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.exploration.verify_world import Check, World
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 ACTIVE, STALLED, DEAD, ABSENT = range(4)
 NAMES = ("in order", "stalled", "dead", "absent")
 MIN_GAP = 0.4  # [cells] nearer than this even robots of no size may not come
 
 
-def conditions(run: Run, world: World) -> NDArray[np.uint8]:
+def conditions(run: ExplorationRun, world: World) -> NDArray[np.uint8]:
     """The condition of every robot in every step, shape (steps, n), from faults and batteries."""
     n = world.n
     now = np.full(n, ACTIVE, dtype=np.uint8)
@@ -85,7 +85,7 @@ def _has_room(world: World, cells: NDArray[np.uint32], robot: int, now: NDArray[
     return not bool((near & (now == ACTIVE)).any())
 
 
-def check_faults(run: Run, world: World, found: NDArray[np.uint8], check: Check) -> None:
+def check_faults(run: ExplorationRun, world: World, found: NDArray[np.uint8], check: Check) -> None:
     """Robots are in the condition they must be in, and do nothing they cannot do in it."""
     for step, now in zip(run.steps, found, strict=True):
         check.looked += world.n

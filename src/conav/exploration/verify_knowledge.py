@@ -22,7 +22,7 @@ from conav.exploration.verify_radio import (
     count_traffic,
 )
 from conav.exploration.verify_world import Check, Knowledge, World
-from conav.runs.types import Run, StepRecord
+from conav.runs.types import ExplorationRun, StepRecord
 
 
 class Seen(NamedTuple):
@@ -34,7 +34,7 @@ class Seen(NamedTuple):
 
 
 def check_knowledge(
-    run: Run,
+    run: ExplorationRun,
     world: World,
     found: NDArray[np.uint8],
     observable: NDArray[np.uint8],

@@ -10,7 +10,7 @@ from conav.exploration import verify_sight as sight
 from conav.exploration.verify_faults import ABSENT, DEAD
 from conav.exploration.verify_knowledge import Seen
 from conav.exploration.verify_world import Check, World
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 SHARES = (90, 95, 99, 100)  # [%]
 STILL_STEPS = 4096  # steps without a move after which a run is stuck
@@ -36,7 +36,7 @@ def observable_cells(world: World) -> NDArray[np.uint8]:
     return sight.within_range(world.walls, places, float(world.squares[0]))
 
 
-def check_metrics(run: Run, world: World, total: int, seen: Seen, check: Check) -> None:
+def check_metrics(run: ExplorationRun, world: World, total: int, seen: Seen, check: Check) -> None:
     """Everything reported in the result, computed again from the events."""
     result = run.result
     if result is None:
@@ -58,7 +58,12 @@ def check_metrics(run: Run, world: World, total: int, seen: Seen, check: Check) 
 
 
 def check_ending(
-    run: Run, world: World, found: NDArray[np.uint8], total: int, seen: Seen, check: Check
+    run: ExplorationRun,
+    world: World,
+    found: NDArray[np.uint8],
+    total: int,
+    seen: Seen,
+    check: Check,
 ) -> None:
     """The run went on for as long as it had to, and its status says why it ended."""
     covered = seen.covered
@@ -86,7 +91,7 @@ def check_ending(
         )
 
 
-def _status(run: Run, world: World, found: NDArray[np.uint8], everything: bool) -> str:
+def _status(run: ExplorationRun, world: World, found: NDArray[np.uint8], everything: bool) -> str:
     """How a run that was not interrupted ends after these steps."""
     if everything:
         return "done"
@@ -95,7 +100,7 @@ def _status(run: Run, world: World, found: NDArray[np.uint8], everything: bool) 
     return "out_of_budget" if len(run.steps) - 1 >= world.steps_allowed else "unfinished"
 
 
-def _is_over(run: Run, world: World, now: NDArray[np.uint8]) -> bool:
+def _is_over(run: ExplorationRun, world: World, now: NDArray[np.uint8]) -> bool:
     """Whether those that live are done, and nobody is to come."""
     if (now == DEAD).all():
         return True
@@ -106,7 +111,7 @@ def _is_over(run: Run, world: World, now: NDArray[np.uint8]) -> bool:
     return bool((now != ABSENT).all()) and bool(step.finished[now != DEAD].all())
 
 
-def _stands_still(run: Run, world: World, found: NDArray[np.uint8]) -> bool:
+def _stands_still(run: ExplorationRun, world: World, found: NDArray[np.uint8]) -> bool:
     """Whether nobody has moved, or was to move again, for as long as a run waits."""
     if len(run.steps) <= STILL_STEPS:
         return False
@@ -121,7 +126,7 @@ def _stands_still(run: Run, world: World, found: NDArray[np.uint8]) -> bool:
     return True
 
 
-def _metrics(run: Run, world: World, total: int, seen: Seen) -> dict[str, Any]:
+def _metrics(run: ExplorationRun, world: World, total: int, seen: Seen) -> dict[str, Any]:
     covered = seen.covered
     last = len(covered) - 1
     final = covered[-1]
@@ -146,7 +151,7 @@ def _metrics(run: Run, world: World, total: int, seen: Seen) -> dict[str, Any]:
     }
 
 
-def _lengths(run: Run, world: World) -> NDArray[np.float64]:
+def _lengths(run: ExplorationRun, world: World) -> NDArray[np.float64]:
     """How far each robot drove, shape (n,) [m]."""
     places = np.stack([world.places(step.cells) for step in run.steps])
     moves = np.diff(places, axis=0).astype(float)

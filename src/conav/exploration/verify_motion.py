@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from conav.exploration import verify_geometry as geometry
 from conav.exploration.verify_world import STEPS, Check, World
-from conav.runs.types import Run, StepRecord
+from conav.runs.types import ExplorationRun, StepRecord
 
 MIN_GAP = 0.4  # [cells] nearer than this even robots of no size may not come
 SLACK = 1e-9  # [cells] of travel
@@ -50,7 +50,7 @@ class Moves:
         return there if self.fits(robot, cell, there) else -1
 
 
-def well_formed(run: Run, world: World, check: Check) -> bool:
+def well_formed(run: ExplorationRun, world: World, check: Check) -> bool:
     """Whether steps count up from 0 and every array has its length and its range."""
     for text in world.odd:
         check.fault(text)
@@ -99,7 +99,7 @@ def _step_is_well_formed(step: StepRecord, world: World) -> bool:
     )
 
 
-def check_walls(run: Run, world: World, check: Check, moves: Moves) -> None:
+def check_walls(run: ExplorationRun, world: World, check: Check, moves: Moves) -> None:
     """No robot stands or drives where its disc touches a wall."""
     for robot in range(world.n):
         start = int(world.starts[robot])
@@ -111,7 +111,7 @@ def check_walls(run: Run, world: World, check: Check, moves: Moves) -> None:
 
 
 def check_speed(
-    run: Run, world: World, found: NDArray[np.uint8], check: Check, moves: Moves
+    run: ExplorationRun, world: World, found: NDArray[np.uint8], check: Check, moves: Moves
 ) -> None:
     """Every move was paid for: a robot that can drive earns its speed each step.
 
@@ -145,7 +145,7 @@ def check_speed(
                 credit = min(credit, 1.0 - rate)
 
 
-def check_headings(run: Run, world: World, check: Check) -> None:
+def check_headings(run: ExplorationRun, world: World, check: Check) -> None:
     """A robot faces where it last drove straight; one that has to turn takes a step for that."""
     for robot in range(world.n):
         for number, (now, then) in enumerate(pairwise(run.steps)):
@@ -159,7 +159,9 @@ def check_headings(run: Run, world: World, check: Check) -> None:
                 check.fault(f"robot {robot} faces another way than it drove at step {number}")
 
 
-def check_collisions(run: Run, world: World, found: NDArray[np.uint8], check: Check) -> None:
+def check_collisions(
+    run: ExplorationRun, world: World, found: NDArray[np.uint8], check: Check
+) -> None:
     """No two robots that can drive touch, at a step or between, unless the problem lets them."""
     n = world.n
     if not world.apart or n < 2 or not run.steps:

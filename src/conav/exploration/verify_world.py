@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.errors import InputError
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 # How a robot may step, E N W S NE NW SW SE, written out again on purpose.
 STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
@@ -158,7 +158,7 @@ class Knowledge:
         return (bits.reshape(-1)[cells] & mark) != 0
 
 
-def read_world(run: Run) -> World:
+def read_world(run: ExplorationRun) -> World:
     """The problem of an exploration's run.
 
     Raises `InputError` when the run is of another job or its header is not one of an exploration.
@@ -175,7 +175,7 @@ def read_world(run: Run) -> World:
         ) from None
 
 
-def _world(run: Run, header: dict[str, Any]) -> World:
+def _world(run: ExplorationRun, header: dict[str, Any]) -> World:
     robots = cast("list[dict[str, Any]]", header["robots"])
     if not 1 <= len(robots) <= MAX_ROBOTS:
         raise ValueError(f"{len(robots)} robots")

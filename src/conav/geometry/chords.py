@@ -6,6 +6,9 @@ on, in that direction; it ends at vertex `ends[i]`, or, where that is -1, at the
 All signs are exact.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +17,7 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.geometry.predicates import direction_turn, orientation, orientation_products
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
@@ -73,7 +76,9 @@ def order_on_chord(points: Floats, chords: Chords, i: int, j: int, k: int) -> in
 
 
 @kernel
-def order_on_wall(points: Floats, wall_ends: Ints, chords: Chords, wall: int, j: int, k: int) -> int:
+def order_on_wall(
+    points: Floats, wall_ends: Ints, chords: Chords, wall: int, j: int, k: int
+) -> int:
     """-1 where chord j ends on a wall before chord k, from the wall's start; 1 after; 0 with it."""
     return _order_on_line(points, chords, wall, wall_ends[wall], j, k)
 
@@ -95,17 +100,19 @@ def _order_on_line(points: Floats, chords: Chords, tail: int, head: int, j: int,
 @kernel
 def turn_between(points: Floats, chords: Chords, i: int, j: int) -> int:
     """1 where chord j points left of chord i's direction, -1 right, 0 where they are parallel."""
-    return direction_turn(points, chords.tails[i], chords.heads[i], chords.tails[j], chords.heads[j])
+    return direction_turn(
+        points, chords.tails[i], chords.heads[i], chords.tails[j], chords.heads[j]
+    )
+
+
+def find_crossings(points: Floats, wall_ends: Ints, chords: Chords, begin: int) -> Ints:
+    """The pairs i < j of crossing chords with j >= begin, shape (crossings, 2). Exact."""
+    return _find_crossings(points, wall_ends, chords, begin)
 
 
 @kernel
-def find_crossings(
-    points: Floats, wall_ends: Ints, chords: Chords, old: int, pairs: Ints, count: int
-) -> tuple[Ints, int]:
-    """The pairs (i, j) of crossing chords, j >= old, after those there are, and their number.
-
-    Exact; boxes that hold the chords, whatever their ends are rounded to, save most of the work.
-    """
+def _find_crossings(points: Floats, wall_ends: Ints, chords: Chords, begin: int) -> Ints:
+    """As `find_crossings`. Boxes that hold chords, however ends are rounded, save most tests."""
     n = chords.starts.shape[0]
     boxes = np.empty((n, 4))
     for i in range(n):
@@ -123,7 +130,9 @@ def find_crossings(
             box[1] = min(box[1], points[row, 1])
             box[2] = max(box[2], points[row, 0])
             box[3] = max(box[3], points[row, 1])
-    for j in range(old, n):
+    pairs = np.empty((4 * n + 16, 2), np.int64)
+    count = 0
+    for j in range(begin, n):
         for i in range(j):
             if (
                 boxes[i, 0] > boxes[j, 2]
@@ -134,13 +143,15 @@ def find_crossings(
                 continue
             if chords_cross(points, wall_ends, chords, i, j):
                 if count == pairs.shape[0]:
-                    larger = np.empty((2 * count + 16, 2), np.int32)
-                    larger[:count] = pairs
+                    larger = np.empty((2 * count, 2), np.int64)
+                    for k in range(count):
+                        larger[k, 0] = pairs[k, 0]
+                        larger[k, 1] = pairs[k, 1]
                     pairs = larger
                 pairs[count, 0] = i
                 pairs[count, 1] = j
                 count += 1
-    return pairs, count
+    return pairs[:count].copy()
 
 
 @kernel

@@ -6,13 +6,16 @@ number of every half-edge. Every decision that must be right is exact (`orientat
 flipped towards Delaunay where the filter is sure.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.predicates import orientation, surely_in_circle
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 NO_WALL = -1  # the label of a half-edge that is not a wall
@@ -123,16 +126,16 @@ def triangulate_points(points: Floats, order: Ints) -> tuple[int, Ints, Ints, In
     """
     n = order.shape[0]
     size = 6 * n
-    origin = np.empty(size, np.int32)
-    following = np.empty(size, np.int32)
-    twin = np.empty(size, np.int32)
-    label = np.full(size, NO_WALL, np.int32)
-    out = np.full(points.shape[0], -1, np.int32)
-    stack = np.empty(size, np.int32)
+    origin = np.empty(size, np.int64)
+    following = np.empty(size, np.int64)
+    twin = np.empty(size, np.int64)
+    label = np.full(size, NO_WALL, np.int64)
+    out = np.full(points.shape[0], -1, np.int64)
+    stack = np.empty(size, np.int64)
     waiting = np.zeros(size, np.bool_)
-    after = np.full(points.shape[0], -1, np.int32)  # next on the hull, counter-clockwise
-    before = np.full(points.shape[0], -1, np.int32)
-    edge = np.full(points.shape[0], -1, np.int32)  # half-edge along the hull from this point
+    after = np.full(points.shape[0], -1, np.int64)  # next on the hull, counter-clockwise
+    before = np.full(points.shape[0], -1, np.int64)
+    edge = np.full(points.shape[0], -1, np.int64)  # half-edge along the hull from this point
     first = 2
     while first < n and _turn(points, order[0], order[1], order[first]) == 0:
         first += 1
@@ -265,8 +268,8 @@ def insert_walls(
     (wall, -1, -1) for one whose left side is outside the hull. Edges that cross a wall are flipped
     away [Sloan1993].
     """
-    crossing = np.empty(count, np.int32)
-    stack = np.empty(count, np.int32)
+    crossing = np.empty(count, np.int64)
+    stack = np.empty(count, np.int64)
     waiting = np.zeros(count, np.bool_)
     outward = -1
     for wall in range(ends.shape[0]):

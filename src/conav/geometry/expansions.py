@@ -54,8 +54,11 @@ def grow(expansion: NDArray[np.float64], count: int, number: float) -> int:
 @kernel
 def grow_by_product(expansion: NDArray[np.float64], count: int, a: float, b: float) -> int:
     """The new count after a * b was added to the expansion in place."""
-    high, low = two_product(a, b)
-    return grow(expansion, grow(expansion, count, low), high)
+    high, part = two_product(a, b)
+    for _ in range(2):
+        count = grow(expansion, count, part)
+        part = high
+    return count
 
 
 @kernel

@@ -9,19 +9,23 @@ A line of sight without width is no part of the polygon and parts no regions her
 larger than the floor that is truly unseen, never smaller.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from conav.compiled import kernel
+from conav.geometry.chords import find_root
 from conav.geometry.point_grid import ON_VERTEX, OUTSIDE, locate
 from conav.geometry.predicates import orientation
 from conav.geometry.sight_lines import AT_VERTEX, REACHED, follow
 from conav.geometry.triangulation import Triangulation
 from conav.geometry.visibility import WINDOW, VisibilityPolygon, exact_coordinate
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 NOT_HIDDEN = -1
@@ -34,7 +38,7 @@ class HiddenRegions(NamedTuple):
     """
 
     seen: VisibilityPolygon
-    count: int
+    n_regions: int
     regions: Ints  # (k,) the region beyond each side of the polygon, NOT_HIDDEN beyond walls
     following: Ints  # (k,) the window after each one on its region's walk, -1 for walls
     order: Ints  # (k,) corners in the order of the rings
@@ -50,33 +54,29 @@ def hidden_regions(floor: Triangulation, seen: VisibilityPolygon) -> HiddenRegio
     >>> from conav.geometry.visibility import visibility_polygon
     >>> outer, hole = [(0, 0), (9, 0), (9, 9), (0, 9)], [(3, 3), (3, 6), (6, 6), (6, 3)]
     >>> floor = triangulate(outer + hole, [0, 4, 8])
-    >>> hidden_regions(floor, visibility_polygon(floor, 1, 4)).count  # two windows, one region
+    >>> hidden_regions(floor, visibility_polygon(floor, 1, 4)).n_regions  # two windows, one region
     1
     """
     k = len(seen.walls)
-    order, places, following = (np.empty(k, np.int32) for _ in range(3))
-    regions = np.full(k, NOT_HIDDEN, np.int32)
+    places = np.where(seen.vertices >= 0, 2 * seen.vertices, 2 * seen.hit_walls + 1)
+    order = np.argsort(places, kind="stable")
+    places = places[order]
+    following = np.empty(k, np.int64)
+    regions = np.full(k, NOT_HIDDEN, np.int64)
     count = _walk(
-        floor.vertices, floor.rings, *seen.viewpoint, seen.vertices, seen.hit_walls, seen.through,
-        seen.walls, order, places, following, regions,
+        floor.vertices, floor.rings, *seen.viewpoint, seen.through, seen.walls, order, places,
+        following, regions,
     )  # fmt: skip
     return HiddenRegions(seen, count, regions, following, order, places)
 
 
 @kernel
 def _walk(
-    vertices: Floats, rings: Ints, x: float, y: float, corner_vertices: Ints, hit_walls: Ints,
-    through: Ints, walls: Ints, order: Ints, places: Ints, following: Ints, regions: Ints,
+    vertices: Floats, rings: Ints, x: float, y: float, through: Ints, walls: Ints, order: Ints,
+    places: Ints, following: Ints, regions: Ints,
 ) -> int:  # fmt: skip
-    """The number of regions; fills the last four arrays as in `HiddenRegions`."""
+    """The number of regions; fills the last two arrays, and puts hits on one wall in order."""
     k = walls.shape[0]
-    unsorted = np.empty(k, np.int32)
-    for i in range(k):
-        v = corner_vertices[i]
-        unsorted[i] = 2 * v if v >= 0 else 2 * hit_walls[i] + 1
-    order[:] = np.argsort(unsorted, kind="mergesort")
-    for i in range(k):
-        places[i] = unsorted[order[i]]
     # Hits on one wall follow each other counter-clockwise around the viewpoint, as corners do; but
     # the polygon may begin between two of them.
     begin = 0
@@ -91,8 +91,11 @@ def _walk(
         split = end
         while end < k and places[end] == places[begin]:
             end += 1
-        if split < end:
-            order[begin:end] = np.concatenate((order[split:end], order[begin:split]))
+        for _ in range(split, end):  # once or twice around a few hits
+            last = order[end - 1]
+            for i in range(end - 1, begin, -1):
+                order[i] = order[i - 1]
+            order[begin] = last
         begin = end
     # A ring is a run of places; after its last corner comes its first.
     first = 0
@@ -129,11 +132,12 @@ def hidden_rings(floor: Triangulation, hidden: HiddenRegions) -> Ints:
     Exact. Rays from every hidden vertex, towards the viewpoint and away from it, end at walls of
     the same region; together they reach every ring of a region.
     """
-    labels = np.full(int(floor.rings[-1]) + 1, NOT_HIDDEN, np.int32)
-    if len(set(floor.rings[hidden.places // 2].tolist())) < len(labels) and hidden.count > 0:
+    labels = np.full(int(floor.rings[-1]) + 1, NOT_HIDDEN, np.int64)
+    if len(set(floor.rings[hidden.places // 2].tolist())) < len(labels) and hidden.n_regions > 0:
         _label_rings(
             floor.vertices, floor.triangles.reshape(-1), floor.twins.reshape(-1), floor.wall_edges,
-            floor.rings, hidden.seen.through, *hidden.seen.viewpoint, hidden.count, hidden.regions, hidden.order,
+            floor.rings, hidden.seen.through, *hidden.seen.viewpoint, hidden.n_regions,
+            hidden.regions, hidden.order,
             hidden.places, labels,
         )  # fmt: skip
     return labels
@@ -149,12 +153,12 @@ def regions_at(floor: Triangulation, hidden: HiddenRegions, points: ArrayLike) -
     at = np.array(points, dtype=np.float64).reshape(-1, 2)
     for row in at:
         row[:] = exact_coordinate(row[0]), exact_coordinate(row[1])
-    found = np.full(len(at), NOT_HIDDEN, np.int32)
-    if hidden.count > 0:
+    found = np.full(len(at), NOT_HIDDEN, np.int64)
+    if hidden.n_regions > 0:
         _regions_at(
             floor.vertices, floor.triangles.reshape(-1), floor.twins.reshape(-1), floor.rings,
-            hidden.seen.through, *floor.grid, *hidden.seen.viewpoint, hidden.regions, hidden.order, hidden.places,
-            hidden_rings(floor, hidden), at, found,
+            hidden.seen.through, *floor.grid, *hidden.seen.viewpoint, hidden.regions, hidden.order,
+            hidden.places, hidden_rings(floor, hidden), at, found,
         )  # fmt: skip
     return found
 
@@ -170,7 +174,14 @@ def _region_along(
     """
     ring = rings[place // 2]
     k = places.shape[0]
-    i = np.searchsorted(places, place)  # the first corner there or beyond
+    i = 0  # of the first corner there or beyond
+    last = k
+    while i < last:
+        middle = (i + last) // 2
+        if places[middle] < place:
+            i = middle + 1
+        else:
+            last = middle
     while i < k and places[i] == place:
         # Of the hits on this wall, those that come before on it lie clockwise.
         a = through[order[i]]
@@ -189,14 +200,6 @@ def _region_along(
 
 
 @kernel
-def _root(parents: Ints, node: int) -> int:
-    while parents[node] != node:
-        parents[node] = parents[parents[node]]
-        node = parents[node]
-    return node
-
-
-@kernel
 def _label_rings(
     vertices: Floats, corners: Ints, twins: Ints, wall_edges: Ints, rings: Ints, through: Ints,
     x: float, y: float, count: int, regions: Ints, order: Ints, places: Ints, labels: Ints,
@@ -210,7 +213,7 @@ def _label_rings(
         if place % 2 == 0:
             is_corner[place // 2] = True
     # Nodes: the regions, then the rings that are wholly hidden.
-    parents = np.arange(count + labels.shape[0]).astype(np.int32)
+    parents = np.arange(count + labels.shape[0])
     for v in range(n):
         if is_corner[v]:
             continue
@@ -236,11 +239,11 @@ def _label_rings(
                     vertices, rings, through, x, y, regions, order, places, with_corners, count,
                     place, vx, vy,
                 )  # fmt: skip
-                parents[_root(parents, other)] = _root(parents, node)
+                parents[find_root(parents, other)] = find_root(parents, node)
     for region in range(count):
-        root = _root(parents, region)
+        root = find_root(parents, region)
         for ring in range(labels.shape[0]):
-            if not with_corners[ring] and _root(parents, count + ring) == root:
+            if not with_corners[ring] and find_root(parents, count + ring) == root:
                 labels[ring] = region
 
 
@@ -259,8 +262,8 @@ def _node(
 @kernel
 def _regions_at(
     vertices: Floats, corners: Ints, twins: Ints, rings: Ints, through: Ints, frame: Floats,
-    cell_starts: Ints, cell_triangles: Ints, x: float, y: float, regions: Ints, order: Ints, places: Ints,
-    ring_labels: Ints, points: Floats, found: Ints,
+    cell_starts: Ints, cell_triangles: Ints, x: float, y: float, regions: Ints, order: Ints,
+    places: Ints, ring_labels: Ints, points: Floats, found: Ints,
 ) -> None:  # fmt: skip
     for i in range(points.shape[0]):
         px, py = points[i, 0], points[i, 1]
@@ -279,7 +282,7 @@ def _regions_at(
 
 
 def region_border(floor: Triangulation, hidden: HiddenRegions, region: int) -> list[Floats]:
-    """The border of a hidden region as rings of points [m], the region on the left; the walk first.
+    """The border of a hidden region, rings of points [m], the region on their left; the walk first.
 
     The walk runs counter-clockwise where the region lies inside it. It may touch itself at
     vertices. The rings after it are those that lie wholly in the region. Hits are rounded.

@@ -14,7 +14,7 @@ from conav.compiled import kernel
 from conav.errors import InputError
 from conav.geometry.visibility import VisibilityPolygon
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 RANGE_END = -2  # the wall of a side where the range ends
@@ -64,14 +64,14 @@ def limit_range(seen: VisibilityPolygon, range_m: float, sides: int = 64) -> Ran
         return RangePolygon(seen.viewpoint, seen.corners, seen.walls)
     circle = np.array(seen.viewpoint) + (range_m * _INSIDE_CIRCLE) * _directions(sides)
     out = np.empty((3 * len(seen.corners) + sides, 2))
-    walls = np.empty(len(out), np.int32)
+    walls = np.empty(len(out), np.int64)
     count = _clip(*seen.viewpoint, seen.corners, seen.walls, circle, out, walls)
     return RangePolygon(seen.viewpoint, out[:count].copy(), walls[:count].copy())
 
 
 @cache
 def _directions(sides: int) -> Floats:
-    """Unit vectors at even angles, counter-clockwise from the x axis; by halving, with no cosine."""
+    """Unit vectors at even angles, counter-clockwise from the x axis; by halving, no cosine."""
     found = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
     while len(found) < sides:
         between = found + np.roll(found, -1, axis=0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.geometry.predicates import GREATEST, orientation
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 OUTSIDE = -1
@@ -44,11 +44,11 @@ def make_grid(vertices: Floats, triangles: Ints) -> Grid:
     rows = int(height * per_metre) + 1
     frame = np.array([low[0], low[1], per_metre, cols, rows])
     corners = triangles.reshape(-1)
-    counts = np.zeros(cols * rows + 1, np.int32)
-    empty = np.empty(0, np.int32)
+    counts = np.zeros(cols * rows + 1, np.int64)
+    empty = np.empty(0, np.int64)
     _fill(vertices, corners, frame, counts, empty, False)
-    starts = np.concatenate(([0], np.cumsum(counts[:-1]))).astype(np.int32)
-    entries = np.empty(int(starts[-1]), np.int32)
+    starts = np.concatenate(([0], np.cumsum(counts[:-1]))).astype(np.int64)
+    entries = np.empty(int(starts[-1]), np.int64)
     _fill(vertices, corners, frame, starts[:-1].copy(), entries, True)
     for array in (frame, starts, entries):
         array.flags.writeable = False

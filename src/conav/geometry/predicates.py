@@ -63,12 +63,16 @@ def orientation_expansion(
     out: NDArray[np.float64], ax: float, ay: float, bx: float, by: float, cx: float, cy: float
 ) -> int:
     """The count of the exact (a - c) x (b - c), twice the area of abc, written to `out` (12,)."""
-    count = grow_by_product(out, 0, ax, by)
-    count = grow_by_product(out, count, -ay, bx)
-    count = grow_by_product(out, count, bx, cy)
-    count = grow_by_product(out, count, -by, cx)
-    count = grow_by_product(out, count, cx, ay)
-    return grow_by_product(out, count, -cy, ax)
+    # In loops, not written out: every kernel that asks for a side compiles this.
+    count = 0
+    px, py = cx, cy
+    qx, qy = ax, ay
+    for _ in range(3):
+        count = grow_by_product(out, count, px, qy)
+        count = grow_by_product(out, count, -py, qx)
+        px, py, qx, qy, ax, ay = qx, qy, bx, by, bx, by
+        bx, by = cx, cy
+    return count
 
 
 @kernel
@@ -109,12 +113,15 @@ def orientation_products(
     first = np.empty(12)
     second = np.empty(12)
     total = np.empty(576)
-    n = orientation_expansion(first, *_three(points, a))
-    m = orientation_expansion(second, *_three(points, b))
-    count = grow_by_products(total, 0, first, n, second, m, 1.0)
-    n = orientation_expansion(first, *_three(points, c))
-    m = orientation_expansion(second, *_three(points, d))
-    count = grow_by_products(total, count, first, n, second, m, -1.0)
+    count = 0
+    sign = 1.0
+    one, other = a, b
+    for _ in range(2):
+        n = orientation_expansion(first, *_three(points, one))
+        m = orientation_expansion(second, *_three(points, other))
+        count = grow_by_products(total, count, first, n, second, m, sign)
+        sign = -1.0
+        one, other = c, d
     return sign_of(total, count)
 
 

@@ -4,6 +4,9 @@ Sight is closed: a sees b when the segment between them stays on the floor, wall
 included. So one sees along a wall, and between two walls that touch the line from either side.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +19,7 @@ from conav.geometry.predicates import orientation
 from conav.geometry.triangulation import Triangulation
 from conav.geometry.visibility import exact_coordinate, expand, polygon_size
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 REACHED = 0  # the line came to its end point
@@ -97,7 +100,7 @@ def visible_vertices(floor: Triangulation, x: float, y: float) -> NDArray[np.boo
     _see_vertices(
         *_flat(floor), floor.wall_ends, floor.wall_edges, *floor.grid,
         exact_coordinate(x), exact_coordinate(y),
-        np.empty((size, 3)), np.empty((size, 4), np.int32), seen,
+        np.empty((size, 3)), np.empty((size, 4), np.int64), seen,
     )  # fmt: skip
     return seen
 
@@ -131,9 +134,10 @@ def follow(
     vertices: Floats, corners: Ints, twins: Ints, place: int, start: int,
     ax: float, ay: float, bx: float, by: float, to_end: bool,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """How the line from a towards b ends: `REACHED`, `AT_VERTEX` or `AT_WALL`, where, how far along.
+    """How the line from a towards b ends, at which vertex or wall, and how far along the wall.
 
-    (`REACHED`, -1, 0), (`AT_VERTEX`, vertex, 0) or (`AT_WALL`, wall, part of the way along it). With `to_end` it may end at b, else it goes on to where the floor ends. It starts at a, whose
+    (`REACHED`, -1, 0), (`AT_VERTEX`, vertex, 0) or (`AT_WALL`, wall, part of the way along it).
+    With `to_end` it may end at b, else it goes on to where the floor ends. It starts at a, whose
     place is `place` and half-edge `start` (from `locate`); or at a vertex on the line behind a,
     `place` `ON_VERTEX` and `start` a half-edge that leaves it.
     """
@@ -299,16 +303,19 @@ def _see_vertices(
         vertices, corners, twins, wall_ends, frame, cell_starts, cell_triangles, x, y, out, facts
     )
     for i in range(count):
+        if facts[i, 0] >= 0:
+            seen[facts[i, 0]] = True
+    for i in range(count):
         v = facts[i, 0]
         if v < 0:
             continue
-        seen[v] = True
         vx, vy = vertices[v, 0], vertices[v, 1]
         if vx == x and vy == y:
             continue
         if facts[i - 1 if i > 0 else count - 1, 2] == v or facts[(i + 1) % count, 2] == v:
             continue  # the ray goes on to a wall, over no vertex
-        # Beyond its last vertex a ray may go on without width.
+        # Beyond its last vertex a ray may go on without width. From a vertex that was seen
+        # already the ray is followed for that one.
         at_vertex = True
         h = wall_edges[v]
         while True:
@@ -321,6 +328,8 @@ def _see_vertices(
             if h < 0:
                 break
             if at_vertex:
+                if seen[corners[h]]:
+                    break
                 seen[corners[h]] = True
 
 
@@ -330,7 +339,7 @@ def _see_all_pairs(
     frame: Floats, cell_starts: Ints, cell_triangles: Ints, seen: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     out = np.empty((2 * vertices.shape[0], 3))
-    facts = np.empty((2 * vertices.shape[0], 4), np.int32)
+    facts = np.empty((2 * vertices.shape[0], 4), np.int64)
     for v in range(vertices.shape[0]):
         _see_vertices(
             vertices, corners, twins, wall_ends, wall_edges, frame, cell_starts, cell_triangles,

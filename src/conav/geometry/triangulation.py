@@ -4,6 +4,9 @@ Every point of the rings is a corner, every wall a side, and no other points are
 and walls meet where is decided exactly, so rings that cross or touch are found and refused.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +18,7 @@ from conav.geometry.delaunay import NO_WALL, SOLID, insert_walls, triangulate_po
 from conav.geometry.point_grid import Grid, make_grid
 from conav.geometry.predicates import GREATEST, LEAST
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
@@ -37,7 +40,7 @@ class Triangulation(NamedTuple):
     @property
     def neighbours(self) -> Ints:
         """The triangle beyond each side, -1 for none, shape (m, 3)."""
-        return np.where(self.twins >= 0, self.twins // 3, -1).astype(np.int32)
+        return np.where(self.twins >= 0, self.twins // 3, -1).astype(np.int64)
 
     @property
     def constrained(self) -> NDArray[np.bool_]:
@@ -66,10 +69,10 @@ def triangulate(vertices: ArrayLike, ring_starts: ArrayLike) -> Triangulation:
     points, starts = _checked(vertices, ring_starts)
     n = len(points)
     sizes = np.diff(starts)
-    rings = np.repeat(np.arange(len(sizes), dtype=np.int32), sizes)
-    ends = np.arange(1, n + 1, dtype=np.int32)
+    rings = np.repeat(np.arange(len(sizes), dtype=np.int64), sizes)
+    ends = np.arange(1, n + 1, dtype=np.int64)
     ends[starts[1:] - 1] = starts[:-1]
-    order = np.lexsort((points[:, 1], points[:, 0])).astype(np.int32)
+    order = np.lexsort((points[:, 1], points[:, 0])).astype(np.int64)
     same = np.flatnonzero((points[order[1:]] == points[order[:-1]]).all(axis=1))
     if len(same):
         one, two = sorted(order[same[0] : same[0] + 2].tolist())
@@ -91,7 +94,7 @@ def triangulate(vertices: ArrayLike, ring_starts: ArrayLike) -> Triangulation:
         raise InputError(
             _vertex(points, rings, at),
             "the floor is not on the left of the walls around it",
-            "turn the outer ring counter-clockwise and holes clockwise, holes inside the outer ring",
+            "turn the outer ring counter-clockwise and holes clockwise; put holes inside it",
         )
     triangles, twins, wall_edges = _keep_free(n, count, origin, following, twin, label, free)
     for array in (points, ends, rings, triangles, twins, wall_edges):
@@ -134,16 +137,14 @@ def _any_vertex_of(h: int, following: Ints, label: Ints, origin: Ints) -> int:
 
 
 @kernel
-def _flood(
-    count: int, following: Ints, twin: Ints, label: Ints
-) -> tuple[NDArray[np.bool_], int]:
+def _flood(count: int, following: Ints, twin: Ints, label: Ints) -> tuple[NDArray[np.bool_], int]:
     """Which half-edges bound free triangles, and a half-edge where the flood leaks or -1.
 
     The flood starts on the left of every wall and crosses every side that is none. It leaks where
     it reaches the right side of a wall or the hull's outside.
     """
     free = np.zeros(count, np.bool_)
-    stack = np.empty(count, np.int32)
+    stack = np.empty(count, np.int64)
     waits = 0
     for h in range(count):
         if label[h] >= 0 and not free[h]:
@@ -171,7 +172,7 @@ def _keep_free(
     free: NDArray[np.bool_],
 ) -> tuple[Ints, Ints, Ints]:  # fmt: skip
     """The free triangles, their twins and the half-edge along each wall, numbered anew."""
-    number = np.full(count, -1, np.int32)
+    number = np.full(count, -1, np.int64)
     kept = 0
     for h in range(count):
         if free[h] and number[h] < 0:
@@ -180,11 +181,11 @@ def _keep_free(
                 number[edge] = kept
                 kept += 1
                 edge = following[edge]
-    triangles = np.empty((kept // 3, 3), np.int32)
-    twins = np.empty((kept // 3, 3), np.int32)
+    triangles = np.empty((kept // 3, 3), np.int64)
+    twins = np.empty((kept // 3, 3), np.int64)
     corners = triangles.reshape(-1)
     beyond = twins.reshape(-1)
-    wall_edges = np.empty(n, np.int32)
+    wall_edges = np.empty(n, np.int64)
     for h in range(count):
         if free[h]:
             new = number[h]

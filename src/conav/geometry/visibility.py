@@ -9,6 +9,9 @@ The polygon is the closure of what is seen with some width (regularised): where 
 along a ray alone, between two walls that touch the ray from either side, nothing is added.
 """
 
+# numpy's stubs make an item an array where its index is an item of an array, as in half-edges.
+# pyright: reportArgumentType=false, reportReturnType=false
+
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +22,7 @@ from conav.geometry.point_grid import INSIDE, ON_SIDE, ON_VERTEX, OUTSIDE, locat
 from conav.geometry.predicates import LEAST, orientation
 from conav.geometry.triangulation import Triangulation
 
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 WINDOW = -1  # the wall of a side that is no wall
@@ -76,14 +79,14 @@ def visibility_polygon(floor: Triangulation, x: float, y: float) -> VisibilityPo
 
     >>> from conav.geometry.triangulation import triangulate
     >>> corner = triangulate([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], [0, 6])
-    >>> seen = visibility_polygon(corner, 1.75, 0.25)
+    >>> seen = visibility_polygon(corner, 1.5, 0.75)
     >>> seen.corners[seen.vertices == HIT].tolist(), seen.area
-    ([[0.0, 2.0]], 3.0)
+    ([[0.0, 1.5]], 2.25)
     """
     x, y = exact_coordinate(x), exact_coordinate(y)
     size = polygon_size(len(floor.vertices))
     corners = np.empty((size, 3))
-    facts = np.empty((size, 4), np.int32)
+    facts = np.empty((size, 4), np.int64)
     place, count = expand(
         floor.vertices,
         floor.triangles.reshape(-1),
@@ -98,8 +101,10 @@ def visibility_polygon(floor: Triangulation, x: float, y: float) -> VisibilityPo
         facts,
     )
     out = corners[:count]
-    kept = facts[:count].T.copy()
-    return VisibilityPolygon((x, y), place, out[:, :2].copy(), *kept, out[:, 2].copy())
+    vertices, hit_walls, through, walls = facts[:count].T.copy()
+    return VisibilityPolygon(
+        (x, y), place, out[:, :2].copy(), vertices, hit_walls, through, walls, out[:, 2].copy()
+    )
 
 
 def exact_coordinate(value: float) -> float:
@@ -130,18 +135,18 @@ def expand(
     """Where the viewpoint lies, and how many corners of its polygon were written to `out`.
 
     Arrays of a `Triangulation`, `corners` and `twins` flat (3 m,); `out` (size, 3) gets
-    x, y and parameter, `facts` (size, 4) the columns `vertices`, `hit_walls`, `through` and `walls` of
-    `VisibilityPolygon`; size from `polygon_size`.
+    x, y and parameter, `facts` (size, 4) the columns `vertices`, `hit_walls`, `through` and `walls`
+    of `VisibilityPolygon`; size from `polygon_size`.
     """
     place, start = locate(vertices, corners, frame, cell_starts, cell_triangles, x, y)
     if place == OUTSIDE:
         return OUTSIDE, 0
     # Cones to follow: the half-edge the cone leaves through, its right and its left vertex. Those
     # that wait branched off triangles on one ray, which are different ones.
-    pending = np.empty((corners.shape[0] // 3 + 4, 3), np.int32)
+    pending = np.empty((corners.shape[0] // 3 + 4, 3), np.int64)
     # The vertex nearer to the viewpoint on the same ray that bounds the same cone, or -1. Written
     # for every vertex before it is read.
-    nearer = np.empty(vertices.shape[0], np.int32)
+    nearer = np.empty(vertices.shape[0], np.int64)
     waiting = _first_cones(corners, twins, place, start, pending, nearer)
     h = 0
     right = 0
@@ -352,10 +357,17 @@ def _put_hit(
 def find_windows(floor: Triangulation, seen: VisibilityPolygon) -> Windows:
     """The windows of a visibility polygon of this floor, counter-clockwise."""
     k = len(seen.walls)
-    corners = np.empty((3, k), np.int32)
+    corners = np.empty((3, k), np.int64)
     outward = np.empty(k, np.bool_)
     count = window_ends(
-        floor.vertices, *seen.viewpoint, seen.vertices, seen.walls, *corners, outward
+        floor.vertices,
+        *seen.viewpoint,
+        seen.vertices,
+        seen.walls,
+        corners[0],
+        corners[1],
+        corners[2],
+        outward,
     )
     sides, near, far = corners[:, :count].copy()
     return Windows(
@@ -375,7 +387,7 @@ def window_ends(
 ) -> int:  # fmt: skip
     """How many windows; writes each one's side, near and far corner, and whether it runs outward.
 
-    Hidden floor lies on the right of windows that run outward, from the viewpoint, else on the left.
+    Hidden floor lies right of windows that run outward, away from the viewpoint, else left.
     """
     k = walls.shape[0]
     count = 0

@@ -26,7 +26,7 @@ from conav.pictures.palette import CURVE, PAGE, STRIP, Colours
 from conav.pictures.replay import Replay, Team, free_seen, team_of
 from conav.pictures.scene import Scene
 from conav.pictures.view import fitted, window_around
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 FIRST_S = 0.5  # [s] the first frame is shown before anything moves
 LAST_S = 2.0  # [s] the last frame is held
@@ -34,7 +34,7 @@ FRAMES_PER_STEP = 8  # at most; a run of few steps is over sooner
 
 
 def save_animation(
-    run: Run,
+    run: ExplorationRun,
     path: str | os.PathLike[str],
     *,
     max_pixels: int = 800,
@@ -49,15 +49,12 @@ def save_animation(
     """
     target = checked_path(path, ".gif", "an animation")
     max_pixels = checked_pixels(max_pixels)
-    if not 0.1 <= seconds <= 600:
-        raise InputError(f"seconds {seconds:g}", "is no length of an animation", "give 0.1 to 600")
-    if not 1 <= fps <= 50:
-        raise InputError(f"fps {fps:g}", "is more or less than a GIF can show", "give 1 to 50")
+    check_times(seconds, fps)
     film = _Film(run, max_pixels, max(round(seconds * fps), 1))
     canvas = film.canvas
     with whole_file(target) as stream:
         gif = GifWriter(stream, canvas.width, canvas.height, canvas.palette, TRANSPARENT)
-        for ticks in _ticks(film.times.count, fps):
+        for ticks in frame_ticks(film.times.count, fps):
             film.paint_next()
             gif.add(canvas.pixels, ticks)
         gif.close()
@@ -81,7 +78,7 @@ class _Times:
 class _Film:
     """The frames of a run, painted one after another on one canvas."""
 
-    def __init__(self, run: Run, max_pixels: int, intervals: int) -> None:
+    def __init__(self, run: ExplorationRun, max_pixels: int, intervals: int) -> None:
         self.run = run
         self.team = team_of(run)
         end = Replay(run)
@@ -160,7 +157,7 @@ def _strip_height(width: int) -> int:
     return 2 * text_size(width)
 
 
-def _states(run: Run, team: Team, free: NDArray[np.int64], times: _Times) -> list[str]:
+def _states(run: ExplorationRun, team: Team, free: NDArray[np.int64], times: _Times) -> list[str]:
     """The footer's words for each frame."""
     first = run.steps[0].step if run.steps else 0
     seen = free if len(free) else np.zeros(1, dtype=np.int64)
@@ -173,7 +170,15 @@ def _states(run: Run, team: Team, free: NDArray[np.int64], times: _Times) -> lis
     return result
 
 
-def _ticks(frames: int, fps: float) -> list[int]:
+def check_times(seconds: float, fps: float) -> None:
+    """Raises `InputError` for a length and a rate of frames that no GIF can have."""
+    if not 0.1 <= seconds <= 600:
+        raise InputError(f"seconds {seconds:g}", "is no length of an animation", "give 0.1 to 600")
+    if not 1 <= fps <= 50:
+        raise InputError(f"fps {fps:g}", "is more or less than a GIF can show", "give 1 to 50")
+
+
+def frame_ticks(frames: int, fps: float) -> list[int]:
     """How long each frame is shown [hundredths of a second], rounded so that no error adds up."""
     if frames == 1:
         return [round(LAST_S * 100)]

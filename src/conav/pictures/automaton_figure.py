@@ -23,6 +23,7 @@ MAX_DRAWN = 24
 _DPI = 160  # that of `figure_file`
 _SIZE = 9.0  # of labels [points]
 _LINE = 22  # letters of a label on one line
+_LONGEST = 100  # letters of a guard that still says something
 _MARGIN = 0.2  # [inches]
 _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
@@ -33,8 +34,9 @@ def save_automaton(
     """Draw an automaton to a PNG or SVG.
 
     States are circles, accepting ones doubled; an arrow from nowhere leads to the initial one. An
-    arrow carries the guard of its letters. The sink, which a plan has no use for, and what leads
-    there are drawn with `sink` only, or where there is nothing else; a note says so.
+    arrow carries the guard of its letters, or their number where the guard is long. The sink, which
+    a plan has no use for, and what leads there are drawn with `sink` only, or where there is
+    nothing else; a note says so.
 
     Raises `InputError` above `MAX_DRAWN` states, without matplotlib, and for a path that cannot be
     written.
@@ -47,7 +49,7 @@ def save_automaton(
             f"draw one with at most {MAX_DRAWN}, or look at its table",
         )  # fmt: skip
     labels = {
-        (shown.index(p), shown.index(q)): label_text(guard)
+        (shown.index(p), shown.index(q)): _label(automaton, p, q, guard)
         for p, q, guard in guards(automaton)
         if not hidden[p] and not hidden[q]
     }
@@ -96,6 +98,14 @@ def state_name(state: int) -> str:
     'q₁₂'
     """
     return "q" + str(state).translate(_SUBSCRIPTS)
+
+
+def _label(automaton: Automaton, source: int, target: int, guard: Formula) -> str:
+    text = label_text(guard)
+    if len(text) <= _LONGEST:
+        return text
+    count = int((automaton.transition[source] == target).sum())
+    return f"{count} of {len(automaton.letters)}\nlabel sets"
 
 
 def label_text(guard: Formula) -> str:

@@ -8,7 +8,7 @@ from conav.pictures.canvas import Canvas
 from conav.pictures.marks import Mask, line_height, line_of_text, shortened, stroke, words_width
 from conav.pictures.palette import SOFT_TEXT, TEXT
 from conav.pictures.replay import Team
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 MIN_WIDTH = 320  # [pixels] of a page, so that a footer has a chance
 _NAME_LENGTH = 60
@@ -78,10 +78,12 @@ def text_size(width: int) -> int:
 def title_of(team: Team) -> str:
     """What the run is: map, strategy, size of the team."""
     robots = f"{team.size} robots" if team.size > 1 else "1 robot"
-    return f"{_plain(team.map_name)} \u00b7 {_plain(team.strategy)} \u00b7 {robots}"
+    return f"{plain_name(team.map_name)} \u00b7 {plain_name(team.strategy)} \u00b7 {robots}"
 
 
-def state_of(run: Run, time_s: float, free_cells: int, last_free_cells: int, *, end: bool) -> str:
+def state_of(
+    run: ExplorationRun, time_s: float, free_cells: int, last_free_cells: int, *, end: bool
+) -> str:
     """How far the team had got at a time: coverage, time, and at the end how it ended.
 
     What counts as covered is known exactly at the end only; before, it is taken to grow as the
@@ -102,12 +104,12 @@ def state_of(run: Run, time_s: float, free_cells: int, last_free_cells: int, *, 
     return " \u00b7 ".join(words)
 
 
-def is_done(run: Run) -> bool:
+def is_done(run: ExplorationRun) -> bool:
     """Whether the run ended with nothing left to see."""
     return run.result is not None and run.result.get("status") == "done"
 
 
-def coverage_of(run: Run) -> float:
+def coverage_of(run: ExplorationRun) -> float:
     """The share of the observable area the team had seen at the end, 1 where none is told."""
     metrics = (run.result or {}).get("metrics", {})
     return float(metrics.get("coverage", 1.0))
@@ -127,7 +129,7 @@ def _pad(width: int) -> int:
     return text_size(width) * 3 // 4
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """A name from a file as one short line in letters that Pillow's font has."""
     apart = unicodedata.normalize("NFKD", name)
     text = "".join(

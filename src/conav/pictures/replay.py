@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from conav.errors import InputError
 from conav.maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from conav.runs.types import OCCUPIED_BIT, Run, StepRecord
+from conav.runs.types import OCCUPIED_BIT, ExplorationRun, StepRecord
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Replay:
     size of the map.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: ExplorationRun) -> None:
         self.run = run
         self.team_map = np.full(run.cells.shape, UNKNOWN, dtype=np.uint8)
         self.first_seen_by = np.full(run.cells.shape, -1, dtype=np.int16)  # robot, -1 nobody
@@ -67,7 +67,7 @@ class Replay:
         return cells
 
 
-def team_of(run: Run) -> Team:
+def team_of(run: ExplorationRun) -> Team:
     """The team of a run. Raises `InputError` when the run is not an exploration or is damaged."""
     header = run.header
     if header.get("job") != "explore":
@@ -113,7 +113,7 @@ def team_of(run: Run) -> Team:
         ) from None
 
 
-def free_seen(run: Run, replay: Replay) -> NDArray[np.int64]:
+def free_seen(run: ExplorationRun, replay: Replay) -> NDArray[np.int64]:
     """The free fine cells the team knew after each step, shape (steps,); `replay` is used up."""
     counts = np.zeros(len(run.steps), dtype=np.int64)
     for index, record in enumerate(run.steps):

@@ -1,15 +1,13 @@
 """The map part of a picture: ground, paths, starts, goals and robots, for stills and animations."""
 
-from collections.abc import Iterator
-from itertools import pairwise
-from math import ceil, floor, isfinite
+from math import floor, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.geometry.directions import DCOL, DROW
 from conav.pictures.canvas import Canvas, clipped
-from conav.pictures.marks import Mask, disc, stroke
+from conav.pictures.marks import Mask, disc, stretches, stroke
 from conav.pictures.palette import PAGE, Colours
 from conav.pictures.replay import Replay, Team
 from conav.pictures.view import Tiles, View
@@ -17,7 +15,6 @@ from conav.pictures.view import Tiles, View
 DEAD, ABSENT = 2, 3  # conditions of robots in `StepRecord`
 MIN_RADIUS = 3.0  # [pixels] of a robot
 FEW = 8  # robots whose paths are drawn a pixel wider
-_PIECE = 48  # [pixels]
 _APART = 0.15  # share of a planning cell that paths are moved at most, down or up
 
 
@@ -53,7 +50,7 @@ class Scene:
         pixels = [self._sharp(*self.view.pixel(float(x), float(y))) for x, y in _corners(points)]
         pixels = [(x + 2 * shift, y + shift) for x, y in pixels]
         colour = self.colours.line(robot)
-        for x0, y0, x1, y1 in _pieces(pixels):
+        for x0, y0, x1, y1 in stretches(pixels):
             mask = stroke(x0, y0, x1, y1, self._line / 2)
             new, left, top = clipped(mask, self.view.width, self.view.height)
             box = np.s_[top : top + new.shape[0], left : left + new.shape[1]]
@@ -146,15 +143,6 @@ def _shifts(robots: int, line: int, cell: float) -> list[int]:
     if apart < 0.5:
         return [0] * robots
     return [round(robot * apart) - round(middle * apart) for robot in range(robots)]
-
-
-def _pieces(points: list[tuple[float, float]]) -> Iterator[tuple[float, float, float, float]]:
-    """The stretches between the points, none so long that its bounding box is mostly empty."""
-    for (x0, y0), (x1, y1) in pairwise(points):
-        count = max(ceil(max(abs(x1 - x0), abs(y1 - y0)) / _PIECE), 1)
-        dx, dy = (x1 - x0) / count, (y1 - y0) / count
-        for k in range(count):
-            yield x0 + k * dx, y0 + k * dy, x0 + (k + 1) * dx, y0 + (k + 1) * dy
 
 
 def _corners(points: NDArray[np.float64]) -> NDArray[np.float64]:

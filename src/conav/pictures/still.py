@@ -12,10 +12,12 @@ from conav.pictures.palette import Colours
 from conav.pictures.replay import Replay, free_seen, team_of
 from conav.pictures.scene import Scene
 from conav.pictures.view import fitted, window_around
-from conav.runs.types import Run
+from conav.runs.types import ExplorationRun
 
 
-def save_still(run: Run, path: str | os.PathLike[str], *, max_pixels: int = 1600) -> None:
+def save_still(
+    run: ExplorationRun, path: str | os.PathLike[str], *, max_pixels: int = 1600
+) -> None:
     """Draw the end of a run, or as far as it got, to a PNG at most `max_pixels` on a side.
 
     Ground is tinted by the robot that saw it first; walls nobody has seen are faint. Raises

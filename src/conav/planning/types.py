@@ -130,6 +130,7 @@ class PlanningResult:
     counters: Mapping[str, int]  # vertices, iterations, messages, checks, ...
     graphs: tuple[NDArray[np.float64], ...] = ()  # per robot its vertices in insertion order
     history: tuple[Mapping[str, Any], ...] = ()  # improvements as they came
+    graph_bound: float | None = None  # as lower_bound, but of plans on the final graphs alone
 
 
 def _locked(array: ArrayLike) -> NDArray[np.float64]:

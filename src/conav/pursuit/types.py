@@ -86,6 +86,19 @@ class Schedule:
 
 
 @dataclass(frozen=True, eq=False)
+class HiddenRegion:
+    """A part of the floor that nobody sees, as a team knows it. Arrays are copied and locked."""
+
+    outer: NDArray[np.float64]  # (n, 2) [m]
+    holes: tuple[NDArray[np.float64], ...] = ()  # each (m, 2) [m]
+    clear: bool = False  # whether nobody can be in it, as far as the team can tell
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outer", _locked(self.outer, np.float64))
+        object.__setattr__(self, "holes", tuple(_locked(one, np.float64) for one in self.holes))
+
+
+@dataclass(frozen=True, eq=False)
 class PursuitResult:
     """What a method found.
 
@@ -101,6 +114,10 @@ class PursuitResult:
     lower_bound: int  # certified: fewer than so many cannot clear the floor
     minimal_proved: bool  # whether the team's size equals that bound
     counters: Mapping[str, int] = field(default_factory=dict)
+    beliefs: Mapping[int, tuple[HiddenRegion, ...]] = field(
+        default_factory=dict[int, tuple[HiddenRegion, ...]]
+    )
+    """All that is hidden after a leg of the schedule, by the leg's number, where the team says."""
     history: tuple[Mapping[str, Any], ...] = ()  # what was decided when, for pictures and people
 
 

@@ -1,16 +1,13 @@
 """Reading a run file, whole or cut short."""
 
-import json
 import os
 from collections.abc import Iterator
-from math import isfinite
 from pathlib import Path
-from typing import Any, cast
-
-import numpy as np
+from typing import Any
 
 from conav.errors import InputError
 from conav.runs.digest import Digest
+from conav.runs.job_events import JOBS, JobEvents
 from conav.runs.mcap_records import MAGIC, Damage, Metadata, RawMessage, records
 from conav.runs.mcap_sink import McapSink, open_for_writing
 from conav.runs.schemas import (
@@ -18,23 +15,19 @@ from conav.runs.schemas import (
     FORMAT,
     HEADER_TOPIC,
     RESULT_TOPIC,
-    STEP,
-    STEP_TOPIC,
-    STRING,
     TIMING,
-    WORLD,
-    WORLD_TOPIC,
-    typestore,
+    decode_object,
 )
-from conav.runs.types import Run, StepRecord
+from conav.runs.types import ExplorationRun, PlanRun, PursuitRun, Run
 
-_REMEDY = "give a file written by conav explore --out"
+_REMEDY = "give a file written by conav with --out"
 
 
 def read_run(path: str | os.PathLike[str]) -> Run:
-    """The run in a file. A file cut short is read up to its last whole chunk; `intact` tells.
+    """The run in a file, of the subclass of `Run` that the job in its header has.
 
-    Raises `InputError` when the file does not exist, is no run file, or ends before its header.
+    A file cut short is read up to its last whole chunk; `intact` tells. Raises `InputError` when
+    the file does not exist, is no run file, or ends before its header.
     """
     path = Path(path)
     parts = _Parts()
@@ -48,38 +41,56 @@ def read_run(path: str | os.PathLike[str]) -> Run:
                 parts.take(item)
     except Damage:
         intact = False
-    world = parts.world
-    if parts.header is None or world is None:
-        problem = "holds no conav run" if intact else "was cut short before the run began"
-        raise InputError(path, problem, _REMEDY)
-    if parts.header.get("format") != FORMAT:
+    header = parts.header
+    if header is not None and header.get("format") != FORMAT:
         raise InputError(
             path,
-            f"is of format {parts.header.get('format')!r}; this conav reads {FORMAT}",
+            f"is of format {header.get('format')!r}; this conav reads {FORMAT}",
             "use the conav that wrote it",
         )
-    numbers = (world.resolution, *world.origin)
-    cells = np.asarray(world.cells, dtype=np.uint8)
-    if (
-        world.rows * world.cols != len(cells)
-        or len(cells) == 0
-        or int(cells.max()) > 2
-        or not all(isfinite(number) for number in numbers)
-        or world.resolution <= 0
-    ):
-        raise InputError(path, "holds a map that is none", "the file is damaged")
-    return Run(
+    if header is not None and header.get("job") not in JOBS:
+        raise InputError(
+            path, f"is a run of job {header.get('job')!r}", "use the conav that wrote it"
+        )
+    if header is None or parts.events is None or not parts.events.begun:
+        problem = "holds no conav run" if intact else "was cut short before the run began"
+        raise InputError(path, problem, _REMEDY)
+    return parts.events.run(
         path=path,
-        header=parts.header,
-        cells=cells.reshape(world.rows, world.cols),
-        resolution=float(world.resolution),
-        origin=(float(world.origin[0]), float(world.origin[1]), float(world.origin[2])),
-        steps=parts.steps,
+        header=header,
         result=parts.result,
         timing=parts.timing,
         digest=parts.digest.hex(),
         intact=intact,
     )
+
+
+def read_exploration(path: str | os.PathLike[str]) -> ExplorationRun:
+    """The exploration in a file; as `read_run`, and `InputError` when it is of another job."""
+    run = read_run(path)
+    if not isinstance(run, ExplorationRun):
+        raise _other_job(run, "give a file written by conav explore --out")
+    return run
+
+
+def read_plan(path: str | os.PathLike[str]) -> PlanRun:
+    """The planner's run in a file; as `read_run`, and `InputError` when it is of another job."""
+    run = read_run(path)
+    if not isinstance(run, PlanRun):
+        raise _other_job(run, "give a file written by conav plan --out")
+    return run
+
+
+def read_pursuit(path: str | os.PathLike[str]) -> PursuitRun:
+    """The pursuit in a file; as `read_run`, and `InputError` when it is of another job."""
+    run = read_run(path)
+    if not isinstance(run, PursuitRun):
+        raise _other_job(run, "give a file written by conav pursue --out")
+    return run
+
+
+def _other_job(run: Run, remedy: str) -> InputError:
+    return InputError(run.path, f"is a run of job {run.header.get('job')!r}", remedy)
 
 
 def repair_run(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> int:
@@ -114,49 +125,39 @@ def repair_run(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> int
 
 
 class _Parts:
-    """What was read so far of a run: its header, then its map, its steps and its result."""
+    """What was read so far of a run: its header, then its job's events, then its result."""
 
     def __init__(self) -> None:
         self.header: dict[str, Any] | None = None
-        self.world: Any = None
-        self.steps: list[StepRecord] = []
+        self.events: JobEvents | None = None
         self.result: dict[str, Any] | None = None
         self.timing: dict[str, str] = {}
         self.digest = Digest()
-        self._store = typestore()
 
     def take(self, item: RawMessage) -> None:
         """Take in the next event. Raises `Damage` when it cannot be read or comes out of turn."""
-        turn = {
-            HEADER_TOPIC: self.header is None,
-            WORLD_TOPIC: self.header is not None and self.world is None,
-            STEP_TOPIC: self.world is not None and self.result is None,
-            RESULT_TOPIC: self.world is not None and self.result is None,
-        }
-        if not turn[item.topic]:
-            raise Damage
         try:
-            self._decode(item)
+            self._take(item)
+        except Damage:
+            raise
         except Exception as error:
             # The decoder checks what it is given with assertions and errors of several packages.
             raise Damage from error
         self.digest.add(item.topic, item.time_ns, item.data)
 
-    def _decode(self, item: RawMessage) -> None:
-        decode = self._store.deserialize_cdr
-        if item.topic == STEP_TOPIC:
-            message = decode(item.data, STEP)
-            self.steps.append(StepRecord(*(getattr(message, name) for name in StepRecord._fields)))
-        elif item.topic == WORLD_TOPIC:
-            self.world = decode(item.data, WORLD)
+    def _take(self, item: RawMessage) -> None:
+        if item.topic == HEADER_TOPIC and self.header is None:
+            self.header = decode_object(item.data)
+            kind = JOBS.get(str(self.header.get("job")))
+            self.events = None if kind is None else kind()
+        elif self.events is None or self.result is not None:
+            raise Damage
+        elif item.topic != RESULT_TOPIC:
+            self.events.take(item.topic, item.data)
+        elif self.events.begun:
+            self.result = decode_object(item.data)
         else:
-            content = json.loads(decode(item.data, STRING).data)
-            if not isinstance(content, dict):
-                raise ValueError("not an object")
-            if item.topic == HEADER_TOPIC:
-                self.header = cast("dict[str, Any]", content)
-            else:
-                self.result = cast("dict[str, Any]", content)
+            raise Damage
 
 
 def _items(path: Path) -> Iterator[RawMessage | Metadata]:

@@ -1,14 +1,21 @@
 """The message types of a run file, as ROS 2 knows them, and their CDR encoding."""
 
+import json
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 STEP = "conav_msgs/msg/Step"
 WORLD = "conav_msgs/msg/World"
+TRAJECTORY = "conav_msgs/msg/Trajectory"
+GRAPH = "conav_msgs/msg/Graph"
+LEG = "conav_msgs/msg/Leg"
+BELIEF = "conav_msgs/msg/Belief"
 STRING = "std_msgs/msg/String"
 GRID = "nav_msgs/msg/OccupancyGrid"
 POSE = "geometry_msgs/msg/PoseStamped"
 TF = "tf2_msgs/msg/TFMessage"
+PATH = "nav_msgs/msg/Path"
+MARKERS = "visualization_msgs/msg/MarkerArray"
 
 DEFINITIONS = {
     STEP: """uint32 step
@@ -33,14 +40,53 @@ float64 resolution
 float64[3] origin
 uint8[] cells
 """,
+    # Rows of t0, t1, x, y, vx, vy, ax, ay and turn rate; no rows: the robot has no trajectory.
+    TRAJECTORY: """uint32 robot
+float64[] pieces
+""",
+    # The vertices of a robot's graph in the order they were put in, so many numbers each.
+    GRAPH: """uint32 robot
+uint32 columns
+float64[] vertices
+""",
+    # Where each pursuer is at both ends, x and y by turns, and whether it sees in between.
+    LEG: """float64 begin_s
+float64 end_s
+float64[] before
+float64[] after
+uint8[] active
+""",
+    # Hidden regions after so many legs: whether each is clear, where its rings end, where each
+    # ring's numbers end, and the rings, x and y by turns, a region's outer ring first.
+    BELIEF: """uint32 legs
+uint8[] clear
+uint32[] region_ends
+uint32[] ring_ends
+float64[] outlines
+""",
 }
 
 HEADER_TOPIC = "/conav/header"
 WORLD_TOPIC = "/conav/world"
 STEP_TOPIC = "/conav/step"
 RESULT_TOPIC = "/conav/result"
-EVENT_TOPICS = (HEADER_TOPIC, WORLD_TOPIC, STEP_TOPIC, RESULT_TOPIC)
-"""The topics the digest covers and the verifier reads; the others are for ROS 2 tools."""
+IMPROVEMENT_TOPIC = "/conav/improvement"
+TRAJECTORY_TOPIC = "/conav/trajectory"
+GRAPH_TOPIC = "/conav/graph"
+LEG_TOPIC = "/conav/leg"
+BELIEF_TOPIC = "/conav/belief"
+EVENT_TOPICS = (
+    HEADER_TOPIC,
+    WORLD_TOPIC,
+    STEP_TOPIC,
+    IMPROVEMENT_TOPIC,
+    TRAJECTORY_TOPIC,
+    GRAPH_TOPIC,
+    LEG_TOPIC,
+    BELIEF_TOPIC,
+    RESULT_TOPIC,
+)
+"""The topics the digest covers and the verifiers read; the others are for ROS 2 tools."""
 
 TIMING = "conav_timing"
 """The metadata record with wall times and versions, which are no part of a run's digest."""
@@ -57,3 +103,16 @@ def typestore() -> Any:
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
     return store
+
+
+def decode(data: bytes, kind: str) -> Any:
+    """A message of that type from its CDR encoding."""
+    return typestore().deserialize_cdr(data, kind)
+
+
+def decode_object(data: bytes) -> dict[str, Any]:
+    """The JSON object in a `std_msgs/String`. Raises `ValueError` where it is none."""
+    content = json.loads(decode(data, STRING).data)
+    if not isinstance(content, dict):
+        raise ValueError("not an object")
+    return cast("dict[str, Any]", content)

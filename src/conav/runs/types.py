@@ -37,17 +37,70 @@ class StepRecord(NamedTuple):
         return (part & ~OCCUPIED_BIT).astype(np.int64), (part & OCCUPIED_BIT) != 0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Run:
-    """A run as read from its file."""
+    """What every run read from a file has, whatever its job."""
 
     path: Path
-    header: dict[str, Any]  # job, map, robots, settings, seed: everything that made the run
-    cells: NDArray[np.uint8]  # (fine rows, fine cols) the true map: 0 free, 1 occupied, 2 unknown
-    resolution: float  # [m]
-    origin: tuple[float, float, float]  # x [m], y [m], yaw [rad]
-    steps: list[StepRecord]
+    header: dict[str, Any]  # job, problem, settings, seed: everything that made the run
     result: dict[str, Any] | None  # None when the run was cut short
     timing: dict[str, str]  # wall times and versions; never part of the digest
     digest: str  # of the events that were read
     intact: bool  # False when the file was cut short or damaged at its end
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ExplorationRun(Run):
+    """The run of an exploration."""
+
+    cells: NDArray[np.uint8]  # (fine rows, fine cols) the true map: 0 free, 1 occupied, 2 unknown
+    resolution: float  # [m]
+    origin: tuple[float, float, float]  # x [m], y [m], yaw [rad]
+    steps: list[StepRecord]
+
+
+class TrajectoryRecord(NamedTuple):
+    """A robot has a trajectory from now on, in place of the one it had."""
+
+    robot: int
+    improvement: int  # how many improvements had been written before
+    pieces: NDArray[np.float64]  # (n, 9) as in `planning`; no rows: it has none any more
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanRun(Run):
+    """The run of a planner."""
+
+    history: list[dict[str, Any]]  # improvements as they came
+    trajectories: list[TrajectoryRecord]  # of robots, as they came
+    graphs: dict[int, NDArray[np.float64]]  # of a robot: (n, columns) vertices as they were put in
+
+    def pieces(self, robot: int) -> NDArray[np.float64] | None:
+        """The trajectory a robot had in the end, (n, 9); None when it had none."""
+        of_robot = [one.pieces for one in self.trajectories if one.robot == robot]
+        return of_robot[-1] if of_robot and len(of_robot[-1]) else None
+
+
+class LegRecord(NamedTuple):
+    """All pursuers during one interval of a schedule."""
+
+    begin_s: float
+    end_s: float
+    before: NDArray[np.float64]  # (n, 2) [m]
+    after: NDArray[np.float64]  # (n, 2) [m]
+    active: NDArray[np.bool_]  # (n,)
+
+
+class RegionRecord(NamedTuple):
+    """A hidden region as the team knows it."""
+
+    clear: bool
+    rings: tuple[NDArray[np.float64], ...]  # each (m, 2) [m], the outer one first
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PursuitRun(Run):
+    """The run of a pursuit."""
+
+    legs: list[LegRecord]
+    beliefs: dict[int, tuple[RegionRecord, ...]]  # by the number of the leg they follow

@@ -1,4 +1,4 @@
-"""Writing a run file as it happens.
+"""Writing a run file as it happens: what all jobs have in common.
 
 Every finished chunk goes to the operating system at once, and a chunk is finished at least once a
 second, so a killed process loses the last second and nothing else.
@@ -11,30 +11,24 @@ from math import cos, sin
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Self
 
 from conav.runs.digest import Digest
-from conav.runs.encode import encode_pose, encode_step, encode_transforms
+from conav.runs.encode import encode_pose, encode_transforms
 from conav.runs.mcap_sink import McapSink, open_for_writing
 from conav.runs.schemas import (
     EVENT_TOPICS,
     GRID,
     HEADER_TOPIC,
+    MARKERS,
+    PATH,
     POSE,
     RESULT_TOPIC,
-    STEP,
-    STEP_TOPIC,
     STRING,
     TF,
     TIMING,
-    WORLD,
-    WORLD_TOPIC,
     typestore,
 )
-from conav.runs.types import StepRecord
 
 FLUSH_S = 1.0  # [s] wall time a chunk may stay open
 
@@ -42,6 +36,7 @@ FLUSH_S = 1.0  # [s] wall time a chunk may stay open
 # words, but these too read numbers in files with a metadata record of this name that does not give
 # the version of its settings.
 _BAG = ("rosbag2", {"ROS_DISTRO": "jazzy"})
+_KEPT = (GRID, PATH, MARKERS)  # what does not move is there for whoever comes later
 _LATCHED = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
     "  deadline:\n    sec: 0\n    nsec: 0\n"
@@ -52,7 +47,7 @@ _LATCHED = (
 
 
 class RunWriter:
-    """Writes one run to one `.mcap` file; a context manager.
+    """Writes one run to one `.mcap` file; a context manager. Each job has its own beneath it.
 
     Raises `InputError` when the file cannot be written, or when something that is not a run file
     lies at its path.
@@ -69,7 +64,7 @@ class RunWriter:
         self._flushed = monotonic()
         self._serialize = self._store.serialize_cdr
 
-    def __enter__(self) -> "RunWriter":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -81,70 +76,26 @@ class RunWriter:
         self.close()
 
     @property
+    def types(self) -> Any:
+        """The classes of messages by name."""
+        return self._store.types
+
+    @property
     def digest(self) -> str:
         """The digest of the events written so far."""
         return self._digest.hex()
 
     def header(self, header: dict[str, Any]) -> None:
         """Write what made the run; the first event of the file."""
-        self._string(HEADER_TOPIC, 0, header)
-
-    def world(
-        self, cells: NDArray[np.uint8], resolution: float, origin: tuple[float, float, float]
-    ) -> None:
-        """Write the true map."""
-        message = self._store.types[WORLD](
-            rows=cells.shape[0],
-            cols=cells.shape[1],
-            resolution=resolution,
-            origin=np.array(origin, dtype=np.float64),
-            cells=cells.reshape(-1),
-        )
-        self._write(WORLD_TOPIC, WORLD, 0, message)
-
-    def step(self, time_ns: int, record: StepRecord) -> None:
-        """Write one step."""
-        self._put(STEP_TOPIC, STEP, time_ns, encode_step(record))
-        now = monotonic()
-        if now - self._flushed > FLUSH_S:
-            self.flush()
-            self._flushed = now
+        self.string(HEADER_TOPIC, 0, header)
 
     def result(self, time_ns: int, result: dict[str, Any]) -> None:
         """Write how the run ended; the last event of the file."""
-        self._string(RESULT_TOPIC, time_ns, result)
+        self.string(RESULT_TOPIC, time_ns, result)
 
     def timing(self, timing: dict[str, str]) -> None:
         """Write wall times and versions, which are no part of the run's digest."""
         self._sink.metadata(TIMING, timing)
-
-    def map(
-        self,
-        topic: str,
-        time_ns: int,
-        cells: NDArray[np.uint8],
-        resolution: float,
-        origin: tuple[float, float, float],
-    ) -> None:
-        """Write a grid (0 free, 1 occupied, 2 unknown) as `nav_msgs/OccupancyGrid`."""
-        types = self._store.types
-        data = np.array([0, 100, -1], dtype=np.int8)[cells.reshape(-1)]
-        stamp = self._stamp(time_ns)
-        message = types[GRID](
-            header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="map"),
-            info=types["nav_msgs/msg/MapMetaData"](
-                map_load_time=stamp,
-                resolution=resolution,
-                width=cells.shape[1],
-                height=cells.shape[0],
-                origin=types["geometry_msgs/msg/Pose"](
-                    position=types["geometry_msgs/msg/Point"](x=origin[0], y=origin[1], z=0.0),
-                    orientation=self._turn(origin[2]),
-                ),
-            ),
-            data=data,
-        )
-        self._write(topic, GRID, time_ns, message)
 
     def poses(
         self, time_ns: int, names: Sequence[str], poses: Sequence[tuple[float, float, float]]
@@ -152,9 +103,9 @@ class RunWriter:
         """Write the robots' poses x [m], y [m], yaw [rad] in the map frame, as ROS poses and tf."""
         numbers = [(x, y, 0.0, 0.0, 0.0, sin(yaw / 2), cos(yaw / 2)) for x, y, yaw in poses]
         for name, pose in zip(names, numbers, strict=True):
-            self._put(f"/{name}/pose", POSE, time_ns, encode_pose(time_ns, "map", pose))
+            self.put(f"/{name}/pose", POSE, time_ns, encode_pose(time_ns, "map", pose))
         children = [f"{name}/base_link" for name in names]
-        self._put("/tf", TF, time_ns, encode_transforms(time_ns, "map", children, numbers))
+        self.put("/tf", TF, time_ns, encode_transforms(time_ns, "map", children, numbers))
 
     def flush(self) -> None:
         """Finish the open chunk, so that everything so far survives the end of the process."""
@@ -164,14 +115,17 @@ class RunWriter:
         """Finish the file; calling it again does nothing."""
         self._sink.close()
 
-    def _string(self, topic: str, time_ns: int, content: dict[str, Any]) -> None:
+    def string(self, topic: str, time_ns: int, content: dict[str, Any]) -> None:
+        """Write JSON as `std_msgs/String`."""
         text = json.dumps(content, sort_keys=True, allow_nan=False)
-        self._write(topic, STRING, time_ns, self._store.types[STRING](data=text))
+        self.write(topic, STRING, time_ns, self.types[STRING](data=text))
 
-    def _write(self, topic: str, kind: str, time_ns: int, message: Any) -> None:
-        self._put(topic, kind, time_ns, bytes(self._serialize(message, kind)))
+    def write(self, topic: str, kind: str, time_ns: int, message: Any) -> None:
+        """Write a message of one of `types`."""
+        self.put(topic, kind, time_ns, bytes(self._serialize(message, kind)))
 
-    def _put(self, topic: str, kind: str, time_ns: int, payload: bytes) -> None:
+    def put(self, topic: str, kind: str, time_ns: int, payload: bytes) -> None:
+        """Write a message of that type, encoded already."""
         channel = self._channels.get(topic)
         if channel is None:
             channel = self._channel(topic, kind)
@@ -180,22 +134,32 @@ class RunWriter:
         sequence = self._sequence[topic]
         self._sequence[topic] = sequence + 1
         self._sink.message(channel, time_ns, sequence, payload)
+        now = monotonic()
+        if now - self._flushed > FLUSH_S:
+            self.flush()
+            self._flushed = now
 
     def _channel(self, topic: str, kind: str) -> int:
         text, _ = self._store.generate_msgdef(kind, ros_version=2)
         metadata = {"topic_type_hash": self._store.hash_rihs01(kind)}
-        if kind == GRID:
+        if kind in _KEPT:
             metadata["offered_qos_profiles"] = _LATCHED
         self._channels[topic] = self._sink.channel(topic, kind, text.encode(), metadata)
         self._sequence[topic] = 0
         return self._channels[topic]
 
-    def _stamp(self, time_ns: int) -> Any:
-        return self._store.types["builtin_interfaces/msg/Time"](
+    def stamp(self, time_ns: int) -> Any:
+        """A time as `builtin_interfaces/Time`."""
+        return self.types["builtin_interfaces/msg/Time"](
             sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000
         )
 
-    def _turn(self, yaw: float) -> Any:
-        return self._store.types["geometry_msgs/msg/Quaternion"](
-            x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2)
+    def pose(self, x: float, y: float, yaw: float) -> Any:
+        """A place on the floor [m] and a direction [rad] as `geometry_msgs/Pose`."""
+        types = self.types
+        return types["geometry_msgs/msg/Pose"](
+            position=types["geometry_msgs/msg/Point"](x=x, y=y, z=0.0),
+            orientation=types["geometry_msgs/msg/Quaternion"](
+                x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2)
+            ),
         )

@@ -23,7 +23,7 @@ from conav.robots.radio import radio as make_radio
 from conav.robots.robot import Robot
 from conav.robots.sensor import SENSORS
 from conav.robots.sensor import sensor as make_sensor
-from conav.runs.writer import RunWriter
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.simulation.finish_bounds import finish_bounds
 from conav.simulation.run_exploration import ExplorationResult, run_exploration
 from conav.simulation.starts import start_together, starts_at
@@ -286,7 +286,7 @@ def explore(
     if out is None:
         result = run_exploration(given, mind, name=name, progress=progress)
         return Exploration(given, name, result, warnings, None)
-    with RunWriter(out) as writer:
+    with ExplorationWriter(out) as writer:
         result = run_exploration(given, mind, name=name, writer=writer, progress=progress)
     return Exploration(given, name, result, warnings, Path(out))
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from conav.exploration.metrics import ExplorationMetrics, exploration_metrics
 from conav.exploration.types import ExplorationProblem, Strategy
 from conav.maps.occupancy_grid import UNKNOWN
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.schemas import FORMAT
 from conav.runs.types import OCCUPIED_BIT, StepRecord
-from conav.runs.writer import RunWriter
 from conav.simulation.conditions import to_come
 from conav.simulation.engine import StepEvents, engine_for
 from conav.simulation.observable import observable_cells
@@ -59,7 +59,7 @@ def run_exploration(
     strategy: Strategy,
     *,
     name: str,
-    writer: RunWriter | None = None,
+    writer: ExplorationWriter | None = None,
     progress: Progress | None = None,
 ) -> ExplorationResult:
     """The result of one exploration.
@@ -222,7 +222,9 @@ def _plain(item: object) -> Any:
 class _Recorder:
     """Turns the events of a run into a run file."""
 
-    def __init__(self, writer: RunWriter, problem: ExplorationProblem, state: WorldState) -> None:
+    def __init__(
+        self, writer: ExplorationWriter, problem: ExplorationProblem, state: WorldState
+    ) -> None:
         self.writer = writer
         self.problem = problem
         self.state = state

@@ -5,6 +5,7 @@ hold there and at no letter outside are found as minimal sets of names in which 
 from each letter outside; the cheapest choice of terms that together hold at all letters inside is
 the guard. That is two-level minimisation [McCluskey1956] with the label sets that cannot occur as
 don't-cares, by lists of letters rather than tables of all label sets, of which there are too many.
+Where even the letters are many, terms are shortened one by one instead and need not be the best.
 """
 
 from collections.abc import Collection, Iterator
@@ -19,7 +20,10 @@ from conav.tasks.formula import (
     region,
 )
 
-MAX_SEARCH = 20_000
+MAX_LETTERS = 256
+"""With more, no name can be left out of a term, but another guard may be shorter."""
+
+MAX_SEARCH = 5_000
 """Choices of terms that are tried; after that the best so far is taken."""
 
 Term = tuple[int, int]
@@ -38,8 +42,9 @@ def guards(automaton: Automaton) -> Iterator[tuple[int, int, Formula]]:
 def guard(inside: Collection[Letter], outside: Collection[Letter]) -> Formula:
     """A shortest formula that holds at every letter inside and at none outside.
 
-    It is a disjunction of terms, or a conjunction of clauses where that has fewer names. With a
-    hundred terms to choose from there may be shorter ones than it is (`MAX_SEARCH`).
+    It is a disjunction of terms, or a conjunction of clauses where that has fewer names. With many
+    letters or terms to choose from there may be shorter ones than it is (`MAX_LETTERS`,
+    `MAX_SEARCH`).
 
     >>> occur = [frozenset(), frozenset({"a"}), frozenset({"b"})]
     >>> str(guard(occur[1:2], occur[:1] + occur[2:])), str(guard(occur[:2], occur[2:]))
@@ -87,6 +92,8 @@ def _without(bit: int, on: set[int], off: set[int]) -> tuple[set[int], set[int]]
 def _cheapest(on: set[int], off: set[int]) -> list[Term]:
     """The terms with fewest names in all that hold at every `on` and at no `off`."""
     members = sorted(on)
+    if len(on) + len(off) > MAX_LETTERS:
+        return _shortened(members, sorted(off))
     terms = sorted(
         {(has, letter & has) for letter in members for has in _telling_sets(letter, off)},
         key=lambda term: (term[0].bit_count(), term),
@@ -95,6 +102,25 @@ def _cheapest(on: set[int], off: set[int]) -> list[Term]:
         sum(1 << i for i, letter in enumerate(members) if letter & has == own) for has, own in terms
     ]
     return [terms[i] for i in _cover(holds, [has.bit_count() for has, _ in terms], len(on))]
+
+
+def _shortened(on: list[int], off: list[int]) -> list[Term]:
+    """Terms that hold at every `on` and at no `off`, none of which can do without a name."""
+    names = 0
+    for letter in (*on, *off):
+        names |= letter
+    bits = [1 << i for i in range(names.bit_length()) if names >> i & 1]
+    terms: list[Term] = []
+    left = on
+    while left:
+        letter, has = left[0], names
+        for bit in bits:
+            fewer = has & ~bit
+            if all((other ^ letter) & fewer for other in off):
+                has = fewer
+        terms.append((has, letter & has))
+        left = [other for other in left if (other ^ letter) & has]
+    return terms
 
 
 def _telling_sets(letter: int, off: set[int]) -> list[int]:

@@ -177,7 +177,8 @@ class Progression:
             i = len(self._elements)
             self._element_of[number] = i
             self._elements.append(number)
-            if self._kinds[number] in (_RELEASE, _WEAK_NEXT):
+            # U is not. What X and WX wait for stands beside `_more` or `_no_more`, which decide.
+            if self._kinds[number] == _RELEASE:
                 self._at_end |= 1 << i
         return (1 << self._element_of[number],)
 

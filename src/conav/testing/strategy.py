@@ -19,8 +19,8 @@ from conav.exploration.verify import verify_exploration
 from conav.geometry.directions import STAY
 from conav.maps.ascii_art import parse_ascii
 from conav.messages.message import Message
-from conav.runs.reader import read_run
-from conav.runs.writer import RunWriter
+from conav.runs.exploration_writer import ExplorationWriter
+from conav.runs.reader import read_exploration
 from conav.simulation.engine import engine_for
 from conav.simulation.explore import exploration_problem
 from conav.simulation.observable import observable_cells
@@ -110,9 +110,9 @@ def _check_resumes(strategy: Strategy, problem: ExplorationProblem, steps: int) 
 def _check_accepted(strategy: Strategy, problem: ExplorationProblem) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
-        with RunWriter(path) as writer:
+        with ExplorationWriter(path) as writer:
             run_exploration(problem, strategy, name=type(strategy).__name__, writer=writer)
-        report = verify_exploration(read_run(path))
+        report = verify_exploration(read_exploration(path))
     assert report.accepted, "\n".join(["the verifier rejects the run", *report.lines()])
 
 

@@ -12,8 +12,8 @@ from conav.exploration.verify import verify_exploration
 from conav.maps.ascii_art import parse_ascii
 from conav.maps.builtin.catalogue import builtin_map
 from conav.robots.motion import MOTIONS
+from conav.runs.exploration_writer import ExplorationWriter
 from conav.runs.reader import read_run
-from conav.runs.writer import RunWriter
 from conav.simulation.explore import exploration_problem
 from conav.simulation.finish_bounds import Effort, finish_bounds
 from conav.simulation.known_map_run import KnownMapFollower, known_map_run
@@ -55,7 +55,7 @@ def test_the_verifier_accepts_the_run(tmp_path: Path) -> None:
     plan = known_map_plan(problem, observable, int(observable.sum()), rng, rounds=10)
     assert plan is not None
     follower = KnownMapFollower(plan.routes, problem.plan.moves)
-    with RunWriter(tmp_path / "run.mcap") as writer:
+    with ExplorationWriter(tmp_path / "run.mcap") as writer:
         run_exploration(problem, follower, name="known-map", writer=writer)
     report = verify_exploration(read_run(tmp_path / "run.mcap"))
     assert report.accepted, report.lines()

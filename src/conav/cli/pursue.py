@@ -1,0 +1,213 @@
+"""`conav pursue`."""
+
+import json as json_module
+import sys
+import tempfile
+from pathlib import Path
+from time import monotonic, perf_counter
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from conav.cli.progress import EVERY_S, PATIENCE_S
+from conav.cli.settings import parse_settings
+from conav.errors import InputError
+
+
+def pursue(
+    floor_plan: str,
+    /,
+    *,
+    pursuers: str = "auto",
+    start: str | None = None,
+    speed: float = 1.0,
+    set: Annotated[list[str] | None, Parameter(negative="")] = None,
+    resolution: float | None = None,
+    out: Path | None = None,
+    png: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Clear a known floor so that nobody hidden on it can slip away, however fast.
+
+    The verifier then decides, with code of its own, whether somebody could have.
+
+    Parameters
+    ----------
+    floor_plan
+        A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
+    pursuers
+        How many, or auto: as few as are found to suffice.
+    start
+        Where they start, as x,y [m]. Default: in the middle of a piece of the floor.
+    speed
+        Top speed of a pursuer [m/s].
+    set
+        A setting of the search, name=value; may be repeated.
+    resolution
+        Metres per pixel, for a bare picture.
+    out
+        Write the run to this .mcap file (read by conav verify and by ROS 2 tools).
+    png
+        Draw the floor and the pursuers' ways to this file.
+    json
+        Print one JSON object instead of the summary.
+    quiet
+        Print nothing but errors.
+    """
+    size = _size(pursuers)
+    if not 0.0 < speed < float("inf"):
+        raise InputError(f"speed {speed:g}", "is no speed", "give metres per second above 0")
+    for path, suffix in ((out, ".mcap"), (png, ".png")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
+        if path is not None and not path.parent.is_dir():
+            raise InputError(path, "lies in a folder that does not exist", "make the folder first")
+
+    from conav.compiled import compiled_before
+    from conav.maps.load_floor_plan import load_floor_plan
+    from conav.maps.read_floor_plan import FloorPlanReading
+    from conav.pursuit.clear_known_map import make_clearing, settings_of
+    from conav.pursuit.recorder import record_pursuit
+    from conav.pursuit.starts import default_start
+    from conav.pursuit.types import Pursuer, PursuitProblem
+    from conav.pursuit.verify import verify_schedule
+
+    method = make_clearing(dict(parse_settings(set or [])))
+    floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
+    for warning in floor.warnings if not quiet else ():
+        print(f"conav: warning: {warning}", file=sys.stderr)
+    at = default_start(floor) if start is None else _point(start)
+    team = tuple(Pursuer(f"pursuer_{number}", at, speed) for number in range(1, (size or 1) + 1))
+    problem = PursuitProblem(floor, team, most=size, name=floor.name)
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes up to a minute",
+            file=sys.stderr,
+        )
+    begun = perf_counter()
+    with _Progress(shown=not quiet) as progress:
+        result = method.solve(problem, progress.step)
+    compute_s = perf_counter() - begun
+    found = None
+    if result.status == "done":
+        found = verify_schedule(floor, result.schedule, (None,) * len(result.pursuers))
+    with tempfile.TemporaryDirectory() as folder:
+        run = out if out is not None else Path(folder) / "pursuit.mcap"
+        if out is not None or png is not None:
+            record_pursuit(
+                run,
+                problem,
+                result,
+                method="known-map",
+                settings=settings_of(method),
+                seed=0,
+                compute_s=compute_s,
+            )
+        if png is not None:
+            from conav.pictures.pursuit_still import save_pursuit_still
+            from conav.runs.reader import read_run
+            from conav.runs.types import PursuitRun
+
+            read = read_run(run)
+            assert isinstance(read, PursuitRun)
+            save_pursuit_still(read, png, None if found is None else found.escape)
+    schedule = result.schedule
+    summary: dict[str, Any] = {
+        "job": "pursue",
+        "floorplan": floor.name,
+        "status": str(result.status),
+        "reason": result.reason,
+        "pursuers": len(result.pursuers),
+        "lower_bound": result.lower_bound,
+        "minimal_proved": result.minimal_proved,
+        "verdict": None if found is None else str(found.verdict),
+        "moves": len(schedule.active),
+        "distance_m": round(schedule.distance_m, 6),
+        "time_s": round(float(schedule.times[-1]), 6),
+        "expanded": result.counters.get("expanded", 0),
+        "compute_s": round(compute_s, 3),
+        "run": None if out is None else str(out),
+    }
+    if json:
+        print(json_module.dumps(summary, allow_nan=False))
+    elif not quiet:
+        _print_summary(summary, png)
+    return 0 if found is not None and found.verdict == "captured" else 1
+
+
+def _size(text: str) -> int | None:
+    """How many pursuers; None for auto."""
+    if text == "auto":
+        return None
+    try:
+        size = int(text)
+    except ValueError:
+        size = 0
+    if not 1 <= size <= 60:
+        raise InputError(f"pursuers {text!r}", "is no team size", "give auto, or 1 to 60")
+    return size
+
+
+def _point(text: str) -> tuple[float, float]:
+    parts = text.split(",")
+    try:
+        x, y = (float(part) for part in parts)
+    except ValueError:
+        raise InputError(f"start {text!r}", "is no place", "give x,y in metres") from None
+    return x, y
+
+
+def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
+    count = summary["pursuers"]
+    team = f"{count} pursuer{'' if count == 1 else 's'}"
+    if summary["verdict"] is None:
+        print(f"{summary['floorplan']}: {summary['status']}: {summary['reason']}")
+    else:
+        words = {
+            "captured": "nobody can slip away (verified)",
+            "escapes": "an evader can slip away, the verifier found",
+            "unknown": "the verifier could not decide",
+        }
+        print(f"{summary['floorplan']}: {team}: {words[summary['verdict']]}")
+        print(
+            f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
+            f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
+        )
+        if summary["minimal_proved"]:
+            print("  no smaller team can do it")
+        else:
+            print(f"  whether fewer than {count} can is not proved")
+    for what, path in (("run file", summary["run"]), ("picture", png)):
+        if path is not None:
+            print(f"  {what}: {path}")
+
+
+class _Progress:
+    """A line on standard error, only on a terminal and only when the search takes a while."""
+
+    def __init__(self, *, shown: bool) -> None:
+        self._shown = shown and sys.stderr.isatty()
+        self._status: Any = None
+        self._next = monotonic() + PATIENCE_S
+
+    def __enter__(self) -> "_Progress":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def step(self, size: int, expanded: int) -> bool:
+        """Show how far the search is."""
+        now = monotonic()
+        if self._shown and now >= self._next:
+            self._next = now + EVERY_S
+            if self._status is None:
+                from rich.console import Console
+
+                self._status = Console(stderr=True).status("")
+                self._status.start()
+            word = "pursuer" if size == 1 else "pursuers"
+            self._status.update(f"{size} {word}: {expanded} states looked at")
+        return True

@@ -1,0 +1,1 @@
+"""Scenes in other people's formats: one format a file."""

@@ -1,0 +1,54 @@
+"""Prioritized planning [Erdmann1987]: one after the other, past those before.
+
+Every robot builds its own graph with the whole budget; then, in the order of the problem, each
+takes its best path past the paths of the robots before it. Later robots carry all the burden, and
+may be left without a path. There is no promise of an equilibrium.
+"""
+
+from dataclasses import dataclass
+
+from conav.planning.budget import Budget, OnProgress
+from conav.planning.impossible import why_impossible
+from conav.planning.team import GraphSettings, build_team
+from conav.planning.types import PlanningProblem, PlanningResult
+from conav.status import Status
+
+
+@dataclass(frozen=True)
+class Prioritized(GraphSettings):
+    """The standard method the paper compares with."""
+
+    samples: int | None = 3000  # for each robot
+    time_s: float | None = None  # [s] of wall time; then runs differ
+    batch: int = 500  # samples between two looks at the clock
+
+    def solve(
+        self, problem: PlanningProblem, seed: int = 0, on_progress: OnProgress | None = None
+    ) -> PlanningResult:
+        """Done when every robot has a path."""
+        budget = Budget(self.samples, None, self.time_s, on_progress)
+        team = build_team(problem, self, seed)
+        reason = why_impossible(team)
+        if reason is not None:
+            return team.result(Status.INFEASIBLE, reason)
+        team.lay_guides()
+        while budget.growing:
+            samples = budget.next_batch(self.batch)
+            for robot in range(team.size):
+                team.grow(robot, samples)
+            team.tell(budget, "sampling")
+        for robot in range(team.size):
+            before = team.only(range(robot))
+            found = team.best_path(robot, before)
+            if found is not None:
+                team.adopt(robot, found)
+                if team.straighten(robot, before):
+                    straighter = team.better_path(robot, before)
+                    if straighter is not None:
+                        team.adopt(robot, straighter)
+                team.count("messages")
+            team.note(budget, "choosing")
+        missing = [robot for robot in range(team.size) if team.paths[robot] is None]
+        status = Status.OUT_OF_BUDGET if missing else Status.DONE
+        reason = team.what_is_missing(missing) if missing else ""
+        return team.result(status, reason, team.gains(), budget.iteration)

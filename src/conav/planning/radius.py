@@ -1,0 +1,60 @@
+"""The radius within which a new vertex is connected, the same on every machine.
+
+r(k) = min(gamma (log k / k)^(1/m), eta) with m = 3 or 4: the space is the plane and time, d = 3,
+and m is d [Karaman2011] or d + 1 [Solovey2020]. Logarithm and roots are made of + - * / and sqrt,
+since those of mathematical libraries differ in their last bit from machine to machine.
+"""
+
+import math
+
+from conav.compiled import kernel
+
+_LOG_2 = 0.6931471805599453
+
+
+@kernel
+def natural_log(x: float) -> float:
+    """The natural logarithm of x > 0, to some 1e-15 of its size or of 1."""
+    halvings = 0
+    while x > 1.5:
+        x *= 0.5
+        halvings += 1
+    while x < 0.75:
+        x *= 2.0
+        halvings -= 1
+    # log x = 2 artanh((x - 1) / (x + 1)), whose argument is at most 1/5 in size.
+    z = (x - 1.0) / (x + 1.0)
+    square = z * z
+    total = 0.0
+    for n in range(12, -1, -1):
+        total = total * square + 1.0 / (2 * n + 1)
+    return 2.0 * z * total + halvings * _LOG_2
+
+
+@kernel
+def cube_root(x: float) -> float:
+    """The cube root of x >= 0, to the last few bits, by Newton's method."""
+    if x == 0.0:
+        return 0.0
+    scale = 1.0
+    while x > 8.0:
+        x *= 0.125
+        scale *= 2.0
+    while x < 1.0:
+        x *= 8.0
+        scale *= 0.5
+    root = 1.0 + (x - 1.0) / 7.0
+    for _ in range(6):
+        root = (2.0 * root + x / (root * root)) / 3.0
+    return scale * root
+
+
+@kernel
+def connection_radius(count: int, gamma: float, eta: float, exponent: int) -> float:
+    """The radius [m] for the vertex that makes them `count`, by exponent 3 or 4."""
+    if count < 2:
+        return eta
+    share = natural_log(float(count)) / count
+    if exponent == 3:
+        return min(gamma * cube_root(share), eta)
+    return min(gamma * math.sqrt(math.sqrt(share)), eta)

@@ -1,0 +1,1 @@
+"""Scenes that are made on the spot: one kind a file."""

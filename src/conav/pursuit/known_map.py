@@ -1,0 +1,127 @@
+"""Clearing a known floor with a team of given size: search over places and contaminated shadows.
+
+A state is who stands where and which shadows may hold somebody, one bit each. One pursuer at a time
+drives to a place its own sees; what that does to the bits is `shadow_moves`. A state is not looked
+at where one with the same places and no more contamination was reached for no more cost. There are
+finitely many states, so the search ends: with a plan, or with the proof that none exists on this
+roadmap, which says nothing of other roadmaps.
+"""
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from conav.geometry.triangulation import Triangulation
+from conav.pursuit.roadmap import Roadmap
+from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+
+Team = tuple[int, ...]  # places by number, growing: pursuers are alike
+
+
+class Move(NamedTuple):
+    """One pursuer drives from a place to one it sees."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Clearing:
+    """What a search found: moves, None where there is no plan or the budget ended first."""
+
+    moves: tuple[Move, ...] | None
+    exhausted: bool  # whether every state of this roadmap was looked at
+    expanded: int
+
+
+@dataclass
+class KnownMapSearch:
+    """Searches on one roadmap; what moves do to shadows is kept between them."""
+
+    mesh: Triangulation
+    roadmap: Roadmap
+    shadows: ShadowMoves = field(init=False)
+    rows: dict[tuple[Team, int, int], list[int]] = field(
+        default_factory=dict[tuple[Team, int, int], list[int]]
+    )
+
+    def __post_init__(self) -> None:
+        self.shadows = ShadowMoves(self.mesh)
+
+    def clear(
+        self,
+        team: Sequence[int],
+        *,
+        weight: float,
+        budget: int,
+        on_progress: Callable[[int], bool] | None = None,
+    ) -> Clearing:
+        """A plan for pursuers that start at these places.
+
+        States are taken by metres driven plus `weight` times the square root of the contaminated
+        area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
+        `budget` limits the states expanded; so does `on_progress`, told how many were, by False.
+        """
+        begin = tuple(sorted(team))
+        full = (1 << self.shadows.shadows(self._points(begin)).count) - 1
+        waiting: list[tuple[float, int, float, Team, int]] = []
+        parents: list[tuple[int, Move | None]] = [(-1, None)]
+        reached: dict[Team, list[tuple[int, float]]] = {}
+        heapq.heappush(waiting, (self._rank(0.0, begin, full, weight), 0, 0.0, begin, full))
+        expanded = 0
+        while waiting:
+            _, number, cost, places, dirty = heapq.heappop(waiting)
+            if dirty == 0:
+                return Clearing(_moves(parents, number), False, expanded)
+            known = reached.setdefault(places, [])
+            if any(bits & dirty == bits and paid <= cost for bits, paid in known):
+                continue
+            known[:] = [one for one in known if not (one[0] & dirty == dirty and one[1] >= cost)]
+            known.append((dirty, cost))
+            if expanded >= budget or (
+                on_progress is not None and expanded % 64 == 0 and not on_progress(expanded)
+            ):
+                return Clearing(None, False, expanded)
+            expanded += 1
+            for start in dict.fromkeys(places):
+                for end in self.roadmap.joined[start].tolist():
+                    after, bits = self._after(places, start, end, dirty)
+                    paid = cost + float(self.roadmap.lengths[start, end])
+                    if any(
+                        one & bits == one and spent <= paid for one, spent in reached.get(after, ())
+                    ):
+                        continue
+                    parents.append((number, Move(start, end)))
+                    rank = self._rank(paid, after, bits, weight)
+                    heapq.heappush(waiting, (rank, len(parents) - 1, paid, after, bits))
+        return Clearing(None, True, expanded)
+
+    def _after(self, places: Team, start: int, end: int, dirty: int) -> tuple[Team, int]:
+        rest = list(places)
+        rest.remove(start)
+        others = tuple(rest)
+        key = (others, start, end)
+        if key not in self.rows:
+            points = self.roadmap.points
+            self.rows[key] = self.shadows.move(self._points(others), points[start], points[end])
+        return tuple(sorted((*others, end))), apply(self.rows[key], dirty)
+
+    def _points(self, places: Team) -> tuple[Point, ...]:
+        return tuple(self.roadmap.points[place] for place in places)
+
+    def _rank(self, cost: float, places: Team, dirty: int, weight: float) -> float:
+        if weight == 0.0 or dirty == 0:
+            return cost
+        areas = self.shadows.shadows(self._points(places)).areas
+        area = sum(float(areas[i]) for i in range(len(areas)) if dirty >> i & 1)
+        return cost + weight * max(area, 0.0) ** 0.5
+
+
+def _moves(parents: list[tuple[int, Move | None]], number: int) -> tuple[Move, ...]:
+    moves: list[Move] = []
+    while True:
+        number, move = parents[number]
+        if move is None:
+            return tuple(reversed(moves))
+        moves.append(move)
