@@ -3,7 +3,7 @@
 `distance_field` writes the length of every cell, although only a few are asked for. Here straight
 runs and diagonals are followed without writing: from a cell they lead to the next cells from which
 a search may have to turn, and to the places they pass. These cells, corners mostly, are the nodes
-of a graph, as in jump point search with stored jumps [Harabor2011, Harabor2019]. What was found
+of a graph, as in jump point search with stored jumps [Harabor2011] [Harabor2019]. What was found
 from a node is kept, so one graph serves many searches over the same ground and places; of an office
 of 200,000 cells about 1,300 are nodes.
 

@@ -66,7 +66,7 @@ class ClearKnownMap:
                 roadmap = make_roadmap(problem.floor, mesh, starts, middles=middles)
                 searches.append(KnownMapSearch(mesh, roadmap))
         posts: tuple[int, ...] | None = None
-        expanded, size, stopped = 0, first, False
+        expanded, size = 0, first
         while True:
             pursuers = _team(problem, size)
             if posts is not None and size >= len(posts):
@@ -87,9 +87,10 @@ class ClearKnownMap:
                 expanded += found.expanded
                 if found.moves is not None:
                     return _result(problem, pursuers, search, found.moves, expanded, searches)
-                stopped |= not found.exhausted and found.expanded < self.budget
-            if stopped or (problem.most is not None and size >= problem.most):
-                return _nothing(problem, pursuers, expanded, stopped)
+                if not found.exhausted and found.expanded < self.budget:
+                    return _nothing(problem, pursuers, expanded, "it was stopped")
+            if problem.most is not None and size >= problem.most:
+                return _nothing(problem, pursuers, expanded)
             if size == first:
                 posts = guard_posts(searches[0].roadmap, searches[0].shadows)
             size += 1
@@ -177,20 +178,16 @@ def _result(
 
 
 def _nothing(
-    problem: PursuitProblem, pursuers: tuple[Pursuer, ...], expanded: int, stopped: bool
+    problem: PursuitProblem, pursuers: tuple[Pursuer, ...], expanded: int, reason: str = ""
 ) -> PursuitResult:
     starts = np.array([one.start for one in pursuers], dtype=np.float64)
     stand = Schedule(np.zeros(1), starts[None], np.empty((0, len(pursuers)), np.bool_))
     count = len(pursuers)
     word = "pursuer" if count == 1 else "pursuers"
-    reason = (
-        "it was stopped"
-        if stopped
-        else f"no plan for {count} {word} was found; more pursuers or a larger budget may find one"
-    )
+    tried = f"no plan for {count} {word} was found; more pursuers or a larger budget may find one"
     return PursuitResult(
         Status.OUT_OF_BUDGET,
-        reason,
+        reason or tried,
         stand,
         pursuers,
         lower_bound=1,

@@ -26,7 +26,6 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 _SAME = 1e-7  # of the floor's size: two rounded measures of one shadow differ by less
-_HALVINGS = 3
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,7 @@ class ShadowMoves:
     """The shadows of teams on one floor, kept as they are found."""
 
     floor: Triangulation
+    halvings: int = 3  # how often a move is halved at most where halves may tell more
     views: dict[Point, VisibilityPolygon] = field(default_factory=dict[Point, VisibilityPolygon])
     standing: dict[tuple[Point, ...], Shadows] = field(
         default_factory=dict[tuple[Point, ...], Shadows]
@@ -82,7 +82,7 @@ class ShadowMoves:
 
         `others` stand while one pursuer drives from a to b, which sees a.
         """
-        return self._move(others, a, b, _HALVINGS)
+        return self._move(others, a, b, self.halvings)
 
     def _move(self, others: tuple[Point, ...], a: Point, b: Point, halvings: int) -> list[int]:
         rows, ambiguous = self._whole(others, a, b)

@@ -1,0 +1,59 @@
+"""conav pursue: what it prints, writes and refuses."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+
+def test_a_floor_is_cleared(conav: Callable[..., Any], tmp_path: Path) -> None:
+    outcome = conav("pursue", "rooms:3", "--out", "p.mcap", "--png", "p.png")
+    assert outcome.code == 0, outcome.err
+    lines = outcome.out.splitlines()
+    assert lines[0] == "rooms:3: 1 pursuer: nobody can slip away (verified)"
+    assert lines[2] == "  no smaller team can do it"
+    with Image.open(tmp_path / "p.png") as picture:
+        assert picture.format == "PNG"
+    outcome = conav("verify", "p.mcap")
+    assert outcome.code == 0, outcome.out
+    assert "captured" in outcome.out
+
+
+def test_json(conav: Callable[..., Any]) -> None:
+    outcome = conav("pursue", "ring", "--json", "--start", "1,1", "--speed", "2")
+    assert outcome.code == 0, outcome.err
+    summary = json.loads(outcome.out)
+    assert summary["pursuers"] == 2
+    assert summary["verdict"] == "captured"
+    assert summary["minimal_proved"] is False
+    assert summary["time_s"] == pytest.approx(summary["distance_m"] / 2)
+
+
+def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
+    outcome = conav("pursue", "ring", "--pursuers", "1")
+    assert outcome.code == 1
+    assert outcome.out.startswith("ring: out_of_budget: no plan for 1 pursuer was found")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("ring", "--pursuers", "none"), "give auto, or 1 to 60"),
+        (("ring", "--pursuers", "0"), "give auto, or 1 to 60"),
+        (("ring", "--start", "1"), "give x,y in metres"),
+        (("ring", "--start", "50,50"), "off the floor"),
+        (("ring", "--speed", "0"), "metres per second"),
+        (("ring", "--set", "wieght=1"), "did you mean weight"),
+        (("ring", "--out", "a.png"), "end it in .mcap"),
+        (("ring", "--png", "no/a.png"), "make the folder first"),
+        (("rings",), "ring"),
+    ],
+)
+def test_bad_input(conav: Callable[..., Any], arguments: tuple[str, ...], words: str) -> None:
+    outcome = conav("pursue", *arguments)
+    assert outcome.code == 2
+    assert words in outcome.err
+    assert len(outcome.err.strip().splitlines()) == 1
