@@ -92,6 +92,17 @@ def test_numbers_at_the_intersection_are_dealt() -> None:
     assert len({(r.start, r.regions["goal"].disc) for robots in trials for r in robots}) == 6
 
 
+def test_scenes_do_not_change_unnoticed() -> None:
+    """The page's numbers are of these; a generator that draws otherwise needs the page made anew."""
+    discs = problem_of(Case("discs", INASH, 8, 0))
+    assert discs.robots[0].start == pytest.approx((17.00260669307909, 1.789365447376615))
+    assert discs.discs.sum() == pytest.approx(204.46967320659527)
+    dealt = problem_of(Case("intersection", INASH, 6, 0))
+    assert [robot.start for robot in dealt.robots] == [
+        (-6.0, -1.5), (-1.5, 6.0), (8.2, 1.5), (1.5, -8.2), (1.5, -6.0), (6.0, 1.5),
+    ]  # fmt: skip
+
+
 def test_obstacles_are_new_in_each_trial() -> None:
     discs = [problem_of(Case("discs", PLAIN, 8, trial)).discs for trial in (0, 1)]
     assert discs[0].shape == discs[1].shape == (10, 3)
