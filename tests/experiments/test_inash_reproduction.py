@@ -93,7 +93,7 @@ def test_numbers_at_the_intersection_are_dealt() -> None:
 
 
 def test_scenes_do_not_change_unnoticed() -> None:
-    """The page's numbers are of these; a generator that draws otherwise needs the page made anew."""
+    """The page's numbers are of these; if they change, make the page anew."""
     discs = problem_of(Case("discs", INASH, 8, 0))
     assert discs.robots[0].start == pytest.approx((17.00260669307909, 1.789365447376615))
     assert discs.discs.sum() == pytest.approx(204.46967320659527)
