@@ -12,7 +12,8 @@ from conav.cli import run
 from conav.errors import InputError
 from conav.experiments.compare.journal import JOURNAL
 from conav.experiments.compare.outcome import Failure
-from conav.experiments.inash.claims import checks, equilibria, lengths, messages, prices, success
+from conav.experiments.inash.claims import lengths, success
+from conav.experiments.inash.game_claims import checks, equilibria, messages, prices
 from conav.experiments.inash.lab import Runner
 from conav.experiments.inash.play import Played, Watch, looked_over, play
 from conav.experiments.inash.reproduce import reproduce

@@ -12,7 +12,7 @@ from conav.experiments.compare.outcome import Failure
 from conav.experiments.inash.play import Played
 from conav.experiments.inash.world import EXPERIMENTS, METHODS, Case
 from conav.experiments.potential_games.report import HELD, NOT_HELD, OPEN, Verdict
-from conav.intervals import Estimate, bootstrap_interval, mean_interval
+from conav.intervals import Estimate, bootstrap_interval, mean_interval, wilson
 
 Statistic = Callable[[NDArray[np.float64]], float]
 
@@ -187,6 +187,12 @@ def paired_difference(a: NDArray[np.float64], b: NDArray[np.float64]) -> Estimat
     trials = [mean_of(row) for row in a - b]
     known = [value for value in trials if not isnan(value)]
     return mean_interval(known) if known else None
+
+
+def share_of(good: Sequence[bool]) -> Estimate:
+    """The share of what is good, with the interval of [Wilson1927]."""
+    found = wilson(sum(good), len(good))
+    return Estimate(found.share, found.low, found.high, found.trials)
 
 
 def more(found: Estimate, limit: float) -> str:
