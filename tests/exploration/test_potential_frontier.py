@@ -13,6 +13,7 @@ import conav
 import conav.exploration.potential_frontier as module
 import conav.geometry.distance_field as distance_field
 import conav.geometry.grid_search as grid_search
+import conav.geometry.jump_graph as jump_graph
 from conav.errors import InputError
 from conav.exploration.belief import TARGET
 from conav.exploration.frontier_targets import cut_into_pieces
@@ -230,7 +231,12 @@ def test_a_step_of_the_game_costs_what_a_decision_of_algorithm_2_costs(
 ) -> None:
     """O(sRange^2) points whatever the map, and no search at all but when it sets out."""
     searches = [0]
-    for owner, name in ((grid_search, "_search"), (distance_field, "_spread_out")):
+    searching = (
+        (grid_search, "_search"),
+        (distance_field, "_spread_out"),
+        (jump_graph, "_search_all"),
+    )
+    for owner, name in searching:
         ordinary = getattr(owner, name)
 
         def counted(*arguments: Any, ordinary: Any = ordinary) -> Any:

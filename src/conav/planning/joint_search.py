@@ -190,7 +190,11 @@ def joint_search(
         kept.append(label.cost)
         moving = [i for i, ((_, head), _) in enumerate(label.at) if head != _REST]
         if not moving:
-            plans.append(JointPlan(_paths(label), label.cost))
+            # Bounds are sums in another order, so by a rounding one may come before another that it
+            # turns out to be dominated by.
+            if not any(_covers(plan.total, label.cost) for plan in plans):
+                plans = [plan for plan in plans if not _covers(label.cost, plan.total)]
+                plans.append(JointPlan(_paths(label), label.cost))
             if len(bound) == 1:
                 break
             continue
