@@ -3,7 +3,7 @@
 Teams grow one by one from those the problem begins with. Each size is searched on the critical
 vertices, and where these do not suffice with middles of triangles beside them. A size no plan is
 found for is not proved to be too small: the budget may have ended, or other places might do. Posts
-that see the whole floor end the growth, so there always is a plan where the team has no limit.
+that see the whole floor end the growth, where 60 of them are enough.
 """
 
 import difflib
@@ -29,6 +29,9 @@ from conav.status import Status
 
 OnProgress = Callable[[int, int], bool]
 """Told how many pursuers are tried and how many states were expanded for them; False ends it."""
+
+
+LARGEST = 60  # pursuers: a drive needs two views more, and there are bits for 62
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ class ClearKnownMap:
                     return _result(problem, pursuers, search, found.moves, expanded, searches)
                 if not found.exhausted and found.expanded < self.budget:
                     return _nothing(problem, pursuers, expanded, "it was stopped")
-            if problem.most is not None and size >= problem.most:
+            if size >= LARGEST or (problem.most is not None and size >= problem.most):
                 return _nothing(problem, pursuers, expanded)
             if size == first:
                 posts = guard_posts(searches[0].roadmap, searches[0].shadows)

@@ -196,7 +196,9 @@ def _same_shadows(measures: Floats, shadows: Shadows) -> list[list[int]]:
     for row in measures:
         apart = np.abs(shadows.measures - row).max(axis=1)
         close = np.flatnonzero(apart <= _SAME * scale).tolist()
-        found.append(close if close else [int(np.argmin(apart))])
+        assert shadows.count > 0, "a shadow that the standing team does not have"
+        # Where rounding hides which one it is it may be any, which claims less to be clear.
+        found.append(close if close else list(range(shadows.count)))
     return found
 
 
