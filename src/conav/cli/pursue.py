@@ -18,6 +18,8 @@ def pursue(
     floor_plan: str,
     /,
     *,
+    method: str = "known-map",
+    labels: str = "shadows",
     pursuers: str = "auto",
     start: str | None = None,
     speed: float = 1.0,
@@ -36,6 +38,10 @@ def pursue(
     ----------
     floor_plan
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
+    method
+        How: known-map.
+    labels
+        What is called clear or contaminated: shadows.
     pursuers
         How many, or auto: as few as are found to suffice.
     start
@@ -43,7 +49,7 @@ def pursue(
     speed
         Top speed of a pursuer [m/s].
     set
-        A setting of the search, name=value; may be repeated.
+        A setting of the method, name=value; may be repeated.
     resolution
         Metres per pixel, for a bare picture.
     out
@@ -67,13 +73,13 @@ def pursue(
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.read_floor_plan import FloorPlanReading
-    from conav.pursuit.clear_known_map import make_clearing, settings_of
+    from conav.pursuit.catalogue import make_method, settings_of
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
     from conav.pursuit.types import Pursuer, PursuitProblem
     from conav.pursuit.verify import verify_schedule
 
-    method = make_clearing(dict(parse_settings(set or [])))
+    chosen = make_method(method, labels, dict(parse_settings(set or [])))
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
@@ -87,7 +93,7 @@ def pursue(
         )
     begun = perf_counter()
     with _Progress(shown=not quiet) as progress:
-        result = method.solve(problem, progress.step)
+        result = chosen.solve(problem, progress.step)
     compute_s = perf_counter() - begun
     found = None
     if result.status == "done":
@@ -99,8 +105,8 @@ def pursue(
                 run,
                 problem,
                 result,
-                method="known-map",
-                settings=settings_of(method),
+                method=method,
+                settings={"labels": labels, **settings_of(chosen)},
                 seed=0,
                 compute_s=compute_s,
             )
@@ -116,6 +122,8 @@ def pursue(
     summary: dict[str, Any] = {
         "job": "pursue",
         "floorplan": floor.name,
+        "method": method,
+        "labels": labels,
         "status": str(result.status),
         "reason": result.reason,
         "pursuers": len(result.pursuers),
@@ -125,7 +133,7 @@ def pursue(
         "moves": len(schedule.active),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
-        "expanded": result.counters.get("expanded", 0),
+        "counters": dict(result.counters),
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
     }
