@@ -41,7 +41,8 @@ def pursue(
     method
         How: known-map.
     labels
-        What is called clear or contaminated: shadows.
+        What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
+        claims may be wrong.
     pursuers
         How many, or auto: as few as are found to suffice.
     start
@@ -126,11 +127,12 @@ def pursue(
         "labels": labels,
         "status": str(result.status),
         "reason": result.reason,
+        "claim": "captured" if result.status == "done" else None,
         "pursuers": len(result.pursuers),
         "lower_bound": result.lower_bound,
         "minimal_proved": result.minimal_proved,
         "verdict": None if found is None else str(found.verdict),
-        "moves": len(schedule.active),
+        "moves": result.counters.get("moves", 0),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
         "counters": dict(result.counters),
@@ -177,14 +179,15 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             "escapes": "an evader can slip away, the verifier found",
             "unknown": "the verifier could not decide",
         }
-        print(f"{summary['floorplan']}: {team}: {words[summary['verdict']]}")
+        claim = "claimed captured; " if summary["verdict"] != "captured" else ""
+        print(f"{summary['floorplan']}: {team}: {claim}{words[summary['verdict']]}")
         print(
             f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
             f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
         )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")
-        else:
+        elif summary["verdict"] == "captured":
             print(f"  whether fewer than {count} can is not proved")
     for what, path in (("run file", summary["run"]), ("picture", png)):
         if path is not None:

@@ -15,6 +15,7 @@ OnProgress = Callable[[int, int], bool]
 METHODS: dict[str, dict[str, str]] = {
     "known-map": {
         "shadows": "conav.pursuit.clear_known_map:ClearKnownMap",
+        "paper": "conav.pursuit.clear_by_vertex_labels:ClearByVertexLabels",
     },
 }
 """Method -> labels -> "module:class"; nothing is imported before it is asked for."""

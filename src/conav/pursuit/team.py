@@ -1,4 +1,4 @@
-"""Teams: whether a method can use one on a floor, how one grows, and what one that failed leaves."""
+"""Teams: who may join one, and what one that found nothing leaves."""
 
 from collections.abc import Sequence
 from dataclasses import replace
