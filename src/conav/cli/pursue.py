@@ -39,7 +39,7 @@ def pursue(
     floor_plan
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
     method
-        How: known-map.
+        How: known-map, or splitting, by guards until one pursuer suffices for each part.
     labels
         What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
         claims may be wrong.

@@ -17,6 +17,11 @@ METHODS: dict[str, dict[str, str]] = {
         "shadows": "conav.pursuit.clear_known_map:ClearKnownMap",
         "paper": "conav.pursuit.clear_by_vertex_labels:ClearByVertexLabels",
     },
+    "splitting": {
+        "shadows": "conav.pursuit.splitting:Splitting",
+        "paper": "conav.pursuit.splitting:SplittingByVertexLabels",
+    },
+    "delegation": {"shadows": "conav.pursuit.delegation:Delegation"},
 }
 """Method -> labels -> "module:class"; nothing is imported before it is asked for."""
 

@@ -14,12 +14,18 @@ from conav.status import Status
 LARGEST = 60  # pursuers: a drive needs two views more, and there are bits for 62
 
 
-def known_floor(problem: PursuitProblem, *, reach: bool = False) -> Triangulation:
+def known_floor(
+    problem: PursuitProblem, *, reach: bool = False, faults: bool = False
+) -> Triangulation:
     """The triangulated floor of a problem that a method for known floors can take.
 
     Raises `InputError` for an unknown floor, a limited range, a start off the floor, and, unless
-    the method can do with it, a limited reach.
+    the method can do with it, a limited reach or pursuers that are lost.
     """
+    if problem.faults and not faults:
+        raise InputError(
+            "pursuit", "loses pursuers, which this method does not plan for", "use delegation"
+        )
     if not problem.known:
         raise InputError("pursuit", "the floor is not known", "give a method for unknown floors")
     for one in problem.pursuers:
