@@ -16,6 +16,7 @@ from conav.exploration.belief import TARGET, Belief
 from conav.exploration.types import TeamView
 from conav.geometry.ground import Ground
 from conav.geometry.jump_graph import JumpGraph
+from conav.geometry.sparse_cells import cells_with_bits
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +155,11 @@ class PathsTo:
 
 def paths_to_targets(belief: Belief) -> PathsTo:
     """Paths to all cells with frontier that nobody has scanned from, kept until a scan is heard."""
-    now = (int(belief.changes.sum()), belief.ways)
-    kept: tuple[tuple[int, int], PathsTo] | None = belief.derived.get("paths to targets")
-    if kept is None or kept[0] != now:
-        kept = now, PathsTo(belief.ground, np.flatnonzero((belief.marks & TARGET) != 0))
+    kept: tuple[int, PathsTo] | None = belief.derived.get("paths to targets")
+    if kept is None or kept[0] != belief.scans:
+        cells = np.empty(belief.marks.size, dtype=np.int64)
+        count = cells_with_bits(belief.marks.reshape(-1), TARGET, cells)
+        kept = belief.scans, PathsTo(belief.ground, cells[:count].copy())
         belief.derived["paths to targets"] = kept
     return kept[1]
 
