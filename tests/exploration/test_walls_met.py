@@ -10,16 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conav.exploration.belief import BLOCK
 from conav.exploration.walls_met import walls_met
 from conav.maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 
 
 def believed(cells: NDArray[np.uint8]) -> Any:
     """A belief of which nothing but the cells is real."""
-    rows, cols = cells.shape
-    blocks = ((rows - 1) // BLOCK + 1, (cols - 1) // BLOCK + 1)
-    return SimpleNamespace(cells=cells, changes=np.zeros(blocks, np.int64), derived={})
+    return SimpleNamespace(cells=cells, derived={})
 
 
 def slowly(cells: NDArray[np.uint8], range_fine: float) -> float:
@@ -37,31 +34,16 @@ def slowly(cells: NDArray[np.uint8], range_fine: float) -> float:
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 30.0))
 def test_walls_met_against_its_twin_while_the_map_gets_known(seed: int, range_fine: float) -> None:
     rng = np.random.default_rng(seed)
-    shape = rng.integers(1, rng.choice([14, 3 * BLOCK]), 2)
+    shape = rng.integers(1, rng.choice([14, 60]), 2)
     truth = rng.choice(np.array([FREE, OCCUPIED], np.uint8), shape, p=[0.7, 0.3])
     belief = believed(np.full(shape, UNKNOWN, np.uint8))
     assert walls_met(belief, range_fine) == 0.0
     for _ in range(4):
-        # Around a place, so that most blocks stay as they are.
-        place, reach = rng.integers(0, shape), rng.integers(1, 40)
+        place, reach = rng.integers(0, shape), rng.integers(1, 25)
         for r, c in np.argwhere(belief.cells == UNKNOWN):
             if abs(r - place[0]) + abs(c - place[1]) < reach:
                 belief.cells[r, c] = truth[r, c]
-                belief.changes[r // BLOCK, c // BLOCK] += 1
         assert walls_met(belief, range_fine) == pytest.approx(slowly(belief.cells, range_fine))
-
-
-def test_what_is_beside_the_border_of_a_block_counts() -> None:
-    belief = believed(np.full((2 * BLOCK, 2 * BLOCK), UNKNOWN, np.uint8))
-    belief.cells[BLOCK - 1, 5] = belief.cells[5, BLOCK - 1] = OCCUPIED
-    belief.changes[0, 0] = 2
-    assert walls_met(belief, 5.0) == 0.0
-    belief.cells[BLOCK, 5] = FREE
-    belief.changes[1, 0] = 1
-    assert walls_met(belief, 5.0) == 10.0
-    belief.cells[5, BLOCK] = FREE
-    belief.changes[0, 1] = 1
-    assert walls_met(belief, 5.0) == 10.0  # two walls, two free cells
 
 
 def test_by_hand() -> None:

@@ -147,6 +147,14 @@ class PathsTo:
             row[:] = self._rows[start]
         return found
 
+    def costs_from(self, start: int) -> NDArray[np.float64]:
+        """From one planning cell to each cell, (n_cells,); kept, not to be written to."""
+        row = self._rows.get(start)
+        if row is None:
+            row = self._graph.lengths(np.array([start]))[0][0]
+            self._rows[start] = row
+        return row
+
     def cost(self, start: int, index: int) -> float:
         """From one planning cell to `cells[index]`."""
         row = self._rows.get(start)
@@ -164,12 +172,28 @@ def paths_to_targets(belief: Belief) -> PathsTo:
     return kept[1]
 
 
-def paths_to(belief: Belief, cells: NDArray[np.int64]) -> tuple[PathsTo, NDArray[np.int64]]:
+Kept = tuple[PathsTo, tuple[int, ...], PathsTo, NDArray[np.int64]]
+"""Paths to all targets, then what was asked for last, and what was answered."""
+
+
+def paths_to(belief: Belief, wanted: tuple[int, ...]) -> tuple[PathsTo, NDArray[np.int64]]:
     """Paths to some planning cells, and which of their cells these are.
 
-    Where all are targets, they are those to the targets.
+    Where all are targets, they are those to the targets. What was asked for last is kept, as all
+    bidders of an auction ask for the same.
     """
     paths = paths_to_targets(belief)
+    kept: Kept | None = belief.derived.get("paths to")
+    if kept is not None and kept[0] is paths and kept[1] == wanted:
+        return kept[2], kept[3]
+    found, which = _paths_to(belief, paths, np.array(wanted, dtype=np.int64))
+    belief.derived["paths to"] = paths, wanted, found, which
+    return found, which
+
+
+def _paths_to(
+    belief: Belief, paths: PathsTo, cells: NDArray[np.int64]
+) -> tuple[PathsTo, NDArray[np.int64]]:
     which = np.searchsorted(paths.cells, cells)
     if len(cells) and (
         which.max() == len(paths.cells) or not np.array_equal(paths.cells[which], cells)

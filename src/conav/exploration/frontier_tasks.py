@@ -13,8 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
-from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
+from conav.exploration.belief import BLOCK, OPEN, STOOD, Belief
+from conav.exploration.frontier_targets import (
+    connected_cells,
+    cut_into_pieces,
+    paths_to_targets,
+)
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
 from conav.geometry.ground import Ground
@@ -46,10 +50,9 @@ def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
     """The tasks that robots at these planning cells can reach."""
     belief = view.belief
     lattice = view.lattice
-    marks = belief.marks.reshape(-1)
-    targets = np.flatnonzero((marks & TARGET) != 0)
+    targets = paths_to_targets(belief).cells
     # Whoever can be reached can reach the same.
-    inside = np.unique(belief.ground.parts(positions.astype(np.int64)))
+    inside = sorted(set(belief.ground.parts(positions.astype(np.int64)).tolist()))
     targets = targets[_within(belief.ground, inside, targets)]
     length = max(int(view.body.sensor.range_m / lattice.cell_m), 1)
     piece, n_pieces = cut_into_pieces(targets, lattice.cols, length)
@@ -68,9 +71,7 @@ def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
     return Tasks(places, first, np.array(looks_for, dtype=np.int64), costs, nearest, paths)
 
 
-def _within(
-    ground: Ground, inside: NDArray[np.int32], cells: NDArray[np.int64]
-) -> NDArray[np.bool_]:
+def _within(ground: Ground, inside: list[int], cells: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which of some planning cells lie in the parts of a ground that robots are in."""
     parts = ground.parts(cells)
     return parts == inside[0] if len(inside) == 1 else np.isin(parts, inside)
@@ -81,7 +82,7 @@ Views = dict[int, tuple[int, NDArray[np.int64]]]
 
 
 def _pockets(
-    view: TeamView, targets: NDArray[np.int64], inside: NDArray[np.int32]
+    view: TeamView, targets: NDArray[np.int64], inside: list[int]
 ) -> list[tuple[int, NDArray[np.int64]]]:
     """An unknown fine cell of each pocket, and the places in reach that may see it."""
     belief = view.belief

@@ -75,8 +75,9 @@ def mean_distances(tasks: Tasks) -> NDArray[np.float64]:
     """
     robots = tasks.costs.argmin(axis=0)
     nearest = tasks.nearest[robots, np.arange(len(tasks))]
-    places, which = np.unique(nearest, return_inverse=True)
-    between = tasks.paths.lengths(places)[0][which]
+    number: dict[int, int] = {}  # of each place, in the order they come
+    which = [number.setdefault(place, len(number)) for place in nearest.tolist()]
+    between = tasks.paths.lengths(np.array(list(number)))[0][which]
     return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
 
 
