@@ -32,9 +32,8 @@ class Targets:
         """The cost of each piece for each robot: that of its nearest target, (n_robots, pieces)."""
         if self.n_pieces == 0:
             return np.empty((len(self.costs), 0))
-        order = np.argsort(self.piece, kind="stable")
-        first = np.searchsorted(self.piece[order], np.arange(self.n_pieces))
-        return np.minimum.reduceat(self.costs[:, order], first, axis=1)
+        order, first = by_piece(self.piece, self.n_pieces)
+        return np.minimum.reduceat(self.costs[:, order], first[:-1], axis=1)
 
     def nearest_in(self, robot: int, piece: int) -> int:
         """The cell of a piece nearest to a robot, the lower number first."""
@@ -71,6 +70,35 @@ def cut_into_pieces(
 def connected_cells(cells: NDArray[np.int64], cols: int) -> tuple[NDArray[np.int64], int]:
     """The cluster of each cell as `cut_into_pieces`, however long, and how many there are."""
     return cut_into_pieces(cells, cols, int(np.iinfo(np.int64).max))
+
+
+def by_piece(
+    piece: NDArray[np.int64], n_pieces: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Cells piece by piece, each in their order, and where each piece begins.
+
+    Both are indices: cells of piece j are `order[first[j]:first[j + 1]]`.
+    """
+    order = np.empty(len(piece), dtype=np.int64)
+    first = np.zeros(n_pieces + 1, dtype=np.int64)
+    _sort_by_piece(piece, order, first)
+    return order, first
+
+
+@kernel
+def _sort_by_piece(
+    piece: NDArray[np.int64], order: NDArray[np.int64], first: NDArray[np.int64]
+) -> None:
+    """Write `order` and `first`, which is 0 so far."""
+    n_pieces = first.shape[0] - 1
+    for i in range(piece.shape[0]):
+        first[piece[i] + 1] += 1
+    for j in range(n_pieces):
+        first[j + 1] += first[j]
+    following = first.copy()
+    for i in range(piece.shape[0]):
+        order[following[piece[i]]] = i
+        following[piece[i]] += 1
 
 
 @kernel

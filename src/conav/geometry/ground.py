@@ -45,11 +45,10 @@ class Ground:
         """Take over these moves."""
         _update(moves, self.moves, self.only, self.runs, self._parent, self._done)
 
-    def parts(self, cells: NDArray[np.int64]) -> NDArray[np.int32]:
-        """A number for each cell; two have the same where a path leads from one to the other."""
-        found = np.empty(len(cells), dtype=np.int32)
-        _find_parts(self._parent, cells, found)
-        return found
+    def reachable(self, cells: NDArray[np.int64], starts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Those of some cells to which a path leads from one of the starts, in their order."""
+        found = np.empty(len(cells), dtype=np.int64)
+        return found[: _reachable(self._parent, cells, starts, found)]
 
 
 @kernel
@@ -197,11 +196,34 @@ def _root(parent: NDArray[np.int32], cell: int) -> int:
 
 
 @kernel
-def _find_parts(
-    parent: NDArray[np.int32], cells: NDArray[np.int64], found: NDArray[np.int32]
-) -> None:
+def _reachable(
+    parent: NDArray[np.int32],
+    cells: NDArray[np.int64],
+    starts: NDArray[np.int64],
+    found: NDArray[np.int64],
+) -> int:
+    """The number of cells written to `found`: those in the part of a start."""
+    parts = np.empty(starts.shape[0], dtype=np.int64)
+    count = 0
+    for i in range(starts.shape[0]):
+        part = _root(parent, starts[i])
+        if not _is_among(part, parts, count):
+            parts[count] = part
+            count += 1
+    written = 0
     for i in range(cells.shape[0]):
-        found[i] = _root(parent, cells[i])
+        if _is_among(_root(parent, cells[i]), parts, count):
+            found[written] = cells[i]
+            written += 1
+    return written
+
+
+@kernel
+def _is_among(part: int, parts: NDArray[np.int64], count: int) -> bool:
+    among = False
+    for i in range(count):
+        among |= parts[i] == part
+    return among
 
 
 @kernel
