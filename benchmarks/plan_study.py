@@ -24,9 +24,7 @@ def main() -> int:
     parser.add_argument("--plans", type=int, default=10_000)
     parser.add_argument("--samples", type=int, default=120)
     options = parser.parse_args()
-    rows = tallies(
-        plan_study(options.out, options.plans, samples=options.samples, progress=tell)
-    )
+    rows = tallies(plan_study(options.out, options.plans, samples=options.samples, progress=tell))
     heads = (
         "solver", "plans", "done", "out of budget", "infeasible", "verified", "partly checked",
         "violated", "collisions", "timeouts", "errors", "least clearance [m]",

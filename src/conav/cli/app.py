@@ -4,6 +4,7 @@ from cyclopts import App
 
 from conav import __version__
 from conav.cli.compare import compare
+from conav.cli.execute import execute
 from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.plan import plan
@@ -23,6 +24,7 @@ app = App(
 )
 app.command(explore)
 app.command(plan)
+app.command(execute)
 app.command(pursue)
 app.command(compare)
 app.command(maps)

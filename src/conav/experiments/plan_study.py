@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import shapely
@@ -79,7 +79,11 @@ class Verdict:
         """The verdict that was kept. Raises `TypeError` for what is none."""
         if set(content) != {item.name for item in fields(Verdict)}:
             raise TypeError("no verdict")
-        return Verdict(**{k: tuple(v) if isinstance(v, list) else v for k, v in content.items()})
+        values: dict[str, Any] = {
+            name: tuple(cast("list[Any]", value)) if isinstance(value, list) else value
+            for name, value in content.items()
+        }
+        return Verdict(**values)
 
 
 @dataclass(frozen=True)
