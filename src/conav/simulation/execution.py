@@ -5,7 +5,7 @@ the plan has it at t - lag, with one lag for the whole run; until then it waits 
 off by an error that is never longer than `tracking_error_m`: at every half second a vector drawn
 from the disc of that radius, between them straight, from none at time 0. Bounded errors of both
 kinds are what a margin is for (the paper plans strongly feasible paths, which keep a distance delta
-[Zhu2014, Section IV]).
+[Zhu2014]).
 
 A margin of `safe_margin` makes touching impossible. Robots i and j are p_i(t - a) + e and
 p_j(t - b) + f, say a >= b. At the plan's time t - a both are there, r_i + r_j + margin apart. Since
