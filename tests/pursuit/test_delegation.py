@@ -229,6 +229,16 @@ def test_whatever_happens_it_is_never_silently_wrong(
     assert np.array_equal(again.schedule.positions, result.schedule.positions)
 
 
+def test_the_verifier_knows_who_is_lost(tmp_path: Path) -> None:
+    """A run in which somebody goes on seeing after it was lost is rejected."""
+    problem = problem_on(load_floor_plan("ring"))
+    result = Delegation().solve(problem)
+    end = float(result.schedule.times[-1])
+    for at_s, fine in ((end + 1.0, True), (end, True), (end - 1.0, False)):
+        losing = problem_on(load_floor_plan("ring"), faults=(Fault(1, "dies", at_s),))
+        assert accepted(losing, result, tmp_path) == fine
+
+
 def test_it_can_be_stopped() -> None:
     result = Delegation().solve(problem_on(load_floor_plan("ring")), lambda size, count: False)
     assert (result.status, result.reason) == ("out_of_budget", "it was stopped")
