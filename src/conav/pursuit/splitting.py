@@ -41,12 +41,16 @@ class Splitting:
     """Metres that the square root of a contaminated square metre counts for."""
     budget: int = 500
     """States expanded for each part; one with more is split."""
+    halvings: int = 0
+    """How often a drive is halved at most where halves tell more of what was seen in passing."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
             raise ValueError(f"weight is {self.weight:g}; give 0 or more")
         if self.budget < 1:
             raise ValueError(f"budget is {self.budget}; give 1 or more")
+        if self.halvings < 0:
+            raise ValueError(f"halvings is {self.halvings}; give 0 or more")
 
     def solve(
         self, problem: PursuitProblem, on_progress: OnProgress | None = None
@@ -57,7 +61,7 @@ class Splitting:
         reach, a start off the floor.
         """
         graph, mesh = _graph(problem)
-        shadows = ShadowMoves(mesh)
+        shadows = ShadowMoves(mesh, self.halvings)
         parts = ShadowParts(
             StandingGuards(shadows, graph),
             ShadowLabels(shadows),
