@@ -93,8 +93,13 @@ def scene_facts(problem: Any) -> dict[str, Any]:
             }
             for robot in problem.robots
         ],
+        "couplings": [
+            {"kind": each.kind, "robots": list(each.robots), "within_m": each.within_m,
+             "regions": [one.name for one in (each.region, each.other_region) if one is not None]}
+            for each in problem.couplings
+        ],
         "warnings": list(problem.floor.warnings),
-    }
+    }  # fmt: skip
 
 
 def _list(png: Path | None, json: bool) -> int:
@@ -129,6 +134,16 @@ def _said(value: object) -> str:
     return "any" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def _coupling(coupling: dict[str, Any]) -> str:
+    a, b = coupling["robots"]
+    regions = coupling["regions"]
+    if coupling["kind"] == "meet":
+        return f"{a} and {b} meet in {regions[0]}, within {coupling['within_m']:g} m"
+    if coupling["kind"] == "near":
+        return f"{a} and {b} stay within {coupling['within_m']:g} m of each other"
+    return f"{a} is not in {regions[0]} before {b} has been in {regions[-1]}"
+
+
 def _print_facts(facts: dict[str, Any]) -> None:
     x0, y0, x1, y1 = facts["bounds"]
     count = facts["discs"]
@@ -151,6 +166,8 @@ def _print_facts(facts: dict[str, Any]) -> None:
         )
     if len(robots) > 16:
         print(f"  and {len(robots) - 16} more robots")
+    for each in facts["couplings"]:
+        print(f"  {_coupling(each)}")
     for warning in facts["warnings"]:
         print(f"  warning: {warning}")
     if "written" in facts:

@@ -91,7 +91,15 @@ def _first(path: Path, problem: PlanningProblem, robots: int) -> PlanningProblem
             path, f"has {len(problem.robots)} robots, not {robots}",
             f"ask for 1 to {len(problem.robots)}",
         )  # fmt: skip
-    return replace(problem, robots=problem.robots[:robots])
+    kept = problem.robots[:robots]
+    names = {robot.name for robot in kept}
+    for coupling in problem.couplings:
+        if not names.issuperset(coupling.robots):
+            raise InputError(
+                path, f"couples {' and '.join(coupling.robots)}, and the first {robots} robots "
+                "are not both of them", "ask for all robots",
+            )  # fmt: skip
+    return replace(problem, robots=kept)
 
 
 def _parted(text: str) -> tuple[str, dict[str, str]]:
