@@ -104,6 +104,7 @@ def scene_facts(problem: Any) -> dict[str, Any]:
 
 def _list(png: Path | None, json: bool) -> int:
     from conav.planning.scenes.catalogue import SCENES, make_scene, scene_class, scene_settings
+    from conav.planning.scenes.frozen_scenes import FROZEN
 
     rows: list[dict[str, Any]] = []
     for name in SCENES:
@@ -118,12 +119,16 @@ def _list(png: Path | None, json: bool) -> int:
             row["picture"] = str(png / f"{row['name']}.png")
             save_plan_picture(make_scene(row["name"]), row["picture"])
     if json:
-        print(json_module.dumps({"job": "scenes", "made": rows}))
+        frozen = {name: recipe._asdict() for name, recipe in FROZEN.items()}
+        print(json_module.dumps({"job": "scenes", "made": rows, "frozen": frozen}))
         return 0
     for row in rows:
         print(fill(f"{row['name']}: {row['description']}", 98, subsequent_indent="  "))
         settings = ", ".join(f"{key}={_said(value)}" for key, value in row["settings"].items())
         print(fill(settings, 98, initial_indent="  ", subsequent_indent="  "))
+    print(
+        "frozen, as planned by conav reproduce inash: inash-discs-0 to inash-discs-19, inash-intersection"
+    )
     print("plan one: conav plan random-discs:8,obstacles=20 --png plan.png")
     return 0
 
