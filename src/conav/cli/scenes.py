@@ -127,8 +127,8 @@ def _list(png: Path | None, json: bool) -> int:
         settings = ", ".join(f"{key}={_said(value)}" for key, value in row["settings"].items())
         print(fill(settings, 98, initial_indent="  ", subsequent_indent="  "))
     print(
-        "frozen: inash-discs-0 to inash-discs-19 and inash-intersection, which conav reproduce inash "
-        "plays"
+        "frozen: inash-discs-0 to inash-discs-19 and inash-intersection, which conav reproduce\n"
+        "  inash plays"
     )
     print("plan one: conav plan random-discs:8,obstacles=20 --png plan.png")
     return 0
