@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.clearance import point_segment_square
-from conav.planning.graph import LETTER
+from conav.planning.graph_arrays import LETTER
 from conav.planning.labels import Regions, in_polygon
 from conav.planning.letters import Task
 from conav.planning.lower_bound import shortest_length
