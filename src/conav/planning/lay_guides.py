@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from conav.planning.curves import SAG
 from conav.planning.graph import RobotGraph
 from conav.planning.guide import Cells, build_cells, delayed, guide_path
-from conav.planning.guide_curved import curved_guide, free_ways
+from conav.planning.guide_curved import curved_guide
 from conav.planning.obstacles import Obstacles, build_obstacles
 from conav.planning.shortcut import between
 from conav.planning.shortcut_curved import between_curved
@@ -68,10 +68,9 @@ def _straight(team: Team, robot: int, places: _Places) -> _Guide | None:
 
 
 def _curved(team: Team, robot: int, places: _Places) -> _Guide | None:
-    """The first guide with straight lines made curves that is free of walls, or else any."""
+    """The first straight guide that can be made one of curves, and is then straightened again."""
     problem, graph = team.problem, team.graphs[robot]
     at, limits = problem.robots[robot], graph.surroundings.limits
-    found: _Guide | None = None
     for share in ROOM_TO_TURN if limits[MOTION] == CAR else (0.0,):
         more = share * float(limits[BOUND])
         key = at.radius_m, more
@@ -90,12 +89,13 @@ def _curved(team: Team, robot: int, places: _Places) -> _Guide | None:
             line = team.straightened(robot, line, team.only([]), GUIDE_TRIES, line_graph)
             guide = curved_guide(graph, line[:, :2], problem.horizon_s)
             if guide is None:
+                # Samples are drawn around the line all the same.
+                team.guides[robot] = np.zeros((len(line), len(graph.vertices[0])))
+                team.guides[robot][:, :STATE] = line
                 continue
             guide = team.straightened(robot, guide, team.only([]), GUIDE_TRIES)
-            if free_ways(graph, guide):
-                return guide, len(guide)
-            found = found or (guide, len(guide))
-    return found
+            return guide, len(guide)
+    return None
 
 
 def _paths(

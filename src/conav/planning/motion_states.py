@@ -16,8 +16,8 @@ from conav.planning.steer_double_integrator import least_duration as least_of_do
 from conav.planning.steer_dubins import least_duration as least_of_dubins
 from conav.planning.steering import ACCELERATED, AT_MOST, BOUND, MOTION, SPEED, connection
 
-_STRETCHES = np.array([AT_MOST, 1.05, 1.2, 1.5, 2.0])
-"""Of the least duration, tried one after the other."""
+_STRETCHES = np.array([1.0 + 1e-6, 1.05, 1.2, 1.5, 2.0])
+"""Of the least duration, tried one after the other; the first so that parts of a way are ways."""
 
 
 @kernel
