@@ -15,7 +15,7 @@ from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch
 from conav.pursuit.recorder import record_pursuit
 from conav.pursuit.roadmap import make_roadmap
-from conav.pursuit.shadow_moves import ShadowMoves, apply
+from conav.pursuit.shadow_moves import ShadowMoves
 from conav.pursuit.starts import default_start
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
 from conav.pursuit.verify import verify_pursuit, verify_schedule
@@ -159,7 +159,7 @@ def test_standing_still_changes_nothing() -> None:
     moves = ShadowMoves(mesh)
     rows = moves.move((), (5.0, 6.0), (5.0, 6.0))
     assert rows == [1 << i for i in range(moves.shadows(((5.0, 6.0),)).count)]
-    assert apply(rows, 0b1) == 0b1
+    assert moves.after((), (5.0, 6.0), (5.0, 6.0), 0b1) == 0b1
 
 
 def test_the_notes_of_a_known_plan() -> None:
@@ -170,7 +170,7 @@ def test_the_notes_of_a_known_plan() -> None:
         moves = ShadowMoves(mesh)
         dirty = (1 << moves.shadows((way[0],)).count) - 1
         for a, b in pairwise(way):
-            dirty = apply(moves.move((), a, b), dirty)
+            dirty = moves.after((), a, b, dirty)
         return dirty
 
     way = [(float(x), float(y)) for x, y in LEFT_TO_RIGHT]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from conav.geometry.triangulation import Triangulation
 from conav.pursuit.roadmap import Roadmap
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+from conav.pursuit.shadow_moves import ShadowMoves
 
 Team = tuple[int, ...]  # places by number, growing: pursuers are alike
 
@@ -42,12 +42,10 @@ class KnownMapSearch:
     mesh: Triangulation
     roadmap: Roadmap
     shadows: ShadowMoves = field(init=False)
-    rows: dict[tuple[Team, int, int], list[int]] = field(
-        default_factory=dict[tuple[Team, int, int], list[int]]
-    )
 
     def __post_init__(self) -> None:
         self.shadows = ShadowMoves(self.mesh)
+        self._numbers = [self.shadows.number(point) for point in self.roadmap.points]
 
     def clear(
         self,
@@ -64,7 +62,7 @@ class KnownMapSearch:
         `budget` limits the states expanded; so does `on_progress`, told how many were, by False.
         """
         begin = tuple(sorted(team))
-        full = (1 << self.shadows.shadows(self._points(begin)).count) - 1
+        full = (1 << self.shadows.numbered_shadows(self._viewpoints(begin)).count) - 1
         waiting: list[tuple[float, int, float, Team, int]] = []
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
@@ -100,20 +98,19 @@ class KnownMapSearch:
     def _after(self, places: Team, start: int, end: int, dirty: int) -> tuple[Team, int]:
         rest = list(places)
         rest.remove(start)
-        others = tuple(rest)
-        key = (others, start, end)
-        if key not in self.rows:
-            points = self.roadmap.points
-            self.rows[key] = self.shadows.move(self._points(others), points[start], points[end])
-        return tuple(sorted((*others, end))), apply(self.rows[key], dirty)
+        others, numbers = tuple(rest), self._numbers
+        after = self.shadows.numbered_after(
+            self._viewpoints(others), numbers[start], numbers[end], dirty
+        )
+        return tuple(sorted((*others, end))), after
 
-    def _points(self, places: Team) -> tuple[Point, ...]:
-        return tuple(self.roadmap.points[place] for place in places)
+    def _viewpoints(self, places: Team) -> Team:
+        return tuple(sorted({self._numbers[place] for place in places}))
 
     def _rank(self, cost: float, places: Team, dirty: int, weight: float) -> float:
         if weight == 0.0 or dirty == 0:
             return cost
-        areas = self.shadows.shadows(self._points(places)).areas
+        areas = self.shadows.numbered_shadows(self._viewpoints(places)).areas
         area = sum(float(areas[i]) for i in range(len(areas)) if dirty >> i & 1)
         return cost + weight * max(area, 0.0) ** 0.5
 
