@@ -9,21 +9,22 @@ that see the whole floor end the growth, where 60 of them are enough.
 import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from itertools import pairwise
-from typing import Any, Literal, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from conav.errors import InputError
 from conav.geometry.sight_lines import sees
 from conav.geometry.triangulation import Triangulation, triangulate
 from conav.pursuit.beliefs import beliefs_of
+from conav.pursuit.bounds import least_pursuers
+from conav.pursuit.drives import moves_of
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch, Move
 from conav.pursuit.roadmap import Roadmap, make_roadmap
 from conav.pursuit.schedule import schedule_of
+from conav.pursuit.shadow_moves import ShadowMoves
+from conav.pursuit.split_search import Drive, SplitSearch
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult, Schedule
 from conav.status import Status
 
@@ -32,6 +33,9 @@ OnProgress = Callable[[int, int], bool]
 
 
 LARGEST = 60  # pursuers: a drive needs two views more, and there are bits for 62
+QUICK = 100  # states for a part by itself where any plan is looked for
+QUICK_SHARE = 30  # times the budget, so that large floors come to a plan
+THOROUGH = 2000  # and where a plan for fewer is
 
 
 @dataclass(frozen=True)
@@ -43,8 +47,9 @@ class ClearKnownMap:
     weight: float = 3.0
     """Metres that the square root of a contaminated square metre counts for; 0 looks for the
     shortest plan on the roadmap, which takes much longer."""
-    budget: int = 2000
-    """States expanded for each team size and roadmap."""
+    budget: int = 100_000
+    """For each team size, roadmap and way of searching: windows of the views laid over each other.
+    A million takes five seconds or so."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
@@ -61,42 +66,128 @@ class ClearKnownMap:
         reach, a start off the floor.
         """
         mesh = _checked(problem)
-        starts = [(float(one.start[0]), float(one.start[1])) for one in problem.pursuers]
-        first = len(starts)
-        searches: list[KnownMapSearch] = []
-        for middles in (False, True):
-            if self.places in ("auto", "all" if middles else "vertices"):
-                roadmap = make_roadmap(problem.floor, mesh, starts, middles=middles)
-                searches.append(KnownMapSearch(mesh, roadmap))
-        posts: tuple[int, ...] | None = None
-        expanded, size = 0, first
-        while True:
-            pursuers = _team(problem, size)
-            if posts is not None and size >= len(posts):
-                moves = _to_posts(searches[0].roadmap, _begin(searches[0], pursuers), posts)
-                if moves is not None:
-                    return _result(problem, pursuers, searches[0], moves, expanded, searches)
-            for search in searches:
-
-                def told(count: int, size: int = size) -> bool:
-                    return on_progress is None or on_progress(size, count)
-
-                found = search.clear(
-                    _begin(search, pursuers),
-                    weight=self.weight,
-                    budget=self.budget,
-                    on_progress=told,
-                )
-                expanded += found.expanded
-                if found.moves is not None:
-                    return _result(problem, pursuers, search, found.moves, expanded, searches)
-                if not found.exhausted and found.expanded < self.budget:
-                    return _nothing(problem, pursuers, expanded, "it was stopped")
-            if size >= LARGEST or (problem.most is not None and size >= problem.most):
-                return _nothing(problem, pursuers, expanded)
-            if size == first:
-                posts = guard_posts(searches[0].roadmap, searches[0].shadows)
+        plans = _Plans(problem, mesh, self, on_progress)
+        first = len(problem.pursuers)
+        size, quick = first, plans.quick(first)
+        while quick is None and not plans.stopped and _may_grow(problem, size):
             size += 1
+            quick = plans.quick(size)
+        if plans.stopped:
+            return _nothing(problem, size, plans, "it was stopped")
+        last = size + (quick is None or self.weight == 0.0)
+        for smaller in range(max(first, plans.least), last):
+            thorough = plans.thorough(smaller)
+            if plans.stopped:
+                return _nothing(problem, smaller, plans, "it was stopped")
+            if thorough is not None:
+                return _result(problem, smaller, thorough, plans)
+        if quick is None:
+            return _nothing(problem, size, plans)
+        return _result(problem, size, quick, plans)
+
+
+class _Plan(NamedTuple):
+    roadmap: Roadmap
+    moves: tuple[Move, ...]
+
+
+class _Plans:
+    """Plans for one problem, by different searches; what they learn of the floor is shared."""
+
+    def __init__(
+        self,
+        problem: PursuitProblem,
+        mesh: Triangulation,
+        settings: ClearKnownMap,
+        on_progress: OnProgress | None,
+    ) -> None:
+        self.problem, self.mesh, self.settings = problem, mesh, settings
+        self.on_progress = on_progress
+        self.expanded = 0
+        self.stopped = False
+        self.least = least_pursuers(problem.floor)
+        self.shadows = ShadowMoves(mesh)
+        self._starts = [(float(one.start[0]), float(one.start[1])) for one in problem.pursuers]
+        self._splits: dict[bool, SplitSearch] = {}
+        self._posts: tuple[int, ...] | None = None  # none there are: ()
+
+    def quick(self, size: int) -> _Plan | None:
+        """By the post that looks best in each part; after the budget by posts that see all."""
+        middles = self.settings.places == "all"
+        plan = self._split(size, middles, breadth=1, each=QUICK, share=QUICK_SHARE)
+        if plan is None and not self.stopped and (self._splits[middles].ended or size == LARGEST):
+            search = self._splits[middles]
+            if self._posts is None:
+                self._posts = guard_posts(search.roadmap, self.shadows) or ()
+            if 0 < len(self._posts) <= size:
+                drives = [(who, [post]) for who, post in enumerate(self._posts)]
+                plan = self._plan(search, drives, size)
+        return plan
+
+    def thorough(self, size: int) -> _Plan | None:
+        """By several posts in each part, and by moving in turn, as far as the budget goes.
+
+        The shortest plan may have all move in turn, so it is looked for among these alone.
+        """
+        for middles in (False, True):
+            if self.settings.places in ("auto", "all" if middles else "vertices"):
+                plan = None
+                if self.settings.weight > 0.0:
+                    plan = self._split(size, middles, breadth=8, each=THOROUGH)
+                if plan is None and not self.stopped:
+                    plan = self._in_turn(size, middles)
+                if plan is not None or self.stopped:
+                    return plan
+        return None
+
+    def _split(
+        self, size: int, middles: bool, *, breadth: int, each: int, share: int = 1
+    ) -> _Plan | None:
+        search = self._search(middles)
+        drives = search.clear(
+            size,
+            breadth=breadth,
+            each=each,
+            budget=share * self.settings.budget,
+            on_progress=lambda count: self._told(size, count),
+        )
+        self.expanded += search.spent
+        search.spent = 0
+        return None if drives is None else self._plan(search, drives, size)
+
+    def _in_turn(self, size: int, middles: bool) -> _Plan | None:
+        search = self._search(middles)
+        found = KnownMapSearch(self.shadows, search.roadmap).clear(
+            self._begin(search.roadmap, size),
+            weight=self.settings.weight,
+            budget=self.settings.budget,
+            on_progress=lambda count: self._told(size, count),
+        )
+        self.expanded += found.expanded
+        return None if found.moves is None else _Plan(search.roadmap, found.moves)
+
+    def _search(self, middles: bool) -> SplitSearch:
+        if middles not in self._splits:
+            roadmap = make_roadmap(self.problem.floor, self.mesh, self._starts, middles=middles)
+            self._splits[middles] = SplitSearch(self.shadows, roadmap, self.settings.weight)
+        return self._splits[middles]
+
+    def _plan(self, search: SplitSearch, drives: list[Drive], size: int) -> _Plan | None:
+        moves = moves_of(search.roadmap, self._begin(search.roadmap, size), drives)
+        return None if moves is None else _Plan(search.roadmap, moves)
+
+    def _begin(self, roadmap: Roadmap, size: int) -> list[int]:
+        starts = [one.start for one in _team(self.problem, size)]
+        return [roadmap.points.index((float(x), float(y))) for x, y in starts]
+
+    def _told(self, size: int, count: int) -> bool:
+        if self.on_progress is not None and not self.on_progress(size, count):
+            self.stopped = True
+        return not self.stopped
+
+
+def _may_grow(problem: PursuitProblem, size: int) -> bool:
+    return size < LARGEST and (problem.most is None or size < problem.most)
 
 
 def _checked(problem: PursuitProblem) -> Triangulation:
@@ -132,70 +223,40 @@ def _team(problem: PursuitProblem, size: int) -> tuple[Pursuer, ...]:
     return tuple(team)
 
 
-def _begin(search: KnownMapSearch, pursuers: tuple[Pursuer, ...]) -> list[int]:
-    points = search.roadmap.points
-    return [points.index((float(one.start[0]), float(one.start[1]))) for one in pursuers]
-
-
-def _to_posts(roadmap: Roadmap, begin: list[int], posts: tuple[int, ...]) -> list[Move] | None:
-    """Moves that take one pursuer to each post, by shortest ways; None where there is no way."""
-    lengths = np.where(np.isfinite(roadmap.lengths), roadmap.lengths, 0.0)
-    _, before = dijkstra(csr_matrix(lengths), directed=False, return_predecessors=True)
-    moves: list[Move] = []
-    for start, post in zip(begin, posts, strict=False):
-        way = [post]
-        while way[-1] != start:
-            previous = int(before[start, way[-1]])
-            if previous < 0:
-                return None
-            way.append(previous)
-        way.reverse()
-        moves += [Move(a, b) for a, b in pairwise(way)]
-    return moves
-
-
-def _result(
-    problem: PursuitProblem,
-    pursuers: tuple[Pursuer, ...],
-    search: KnownMapSearch,
-    moves: list[Move] | tuple[Move, ...],
-    expanded: int,
-    searches: list[KnownMapSearch],
-) -> PursuitResult:
-    schedule = schedule_of(pursuers, search.roadmap.points, moves)
+def _result(problem: PursuitProblem, size: int, plan: _Plan, plans: _Plans) -> PursuitResult:
+    pursuers = _team(problem, size)
+    schedule = schedule_of(pursuers, plan.roadmap.points, plan.moves)
     return PursuitResult(
         Status.DONE,
         "",
         schedule,
         pursuers,
-        lower_bound=1,
-        minimal_proved=len(pursuers) == 1,
+        lower_bound=min(plans.least, size),
+        minimal_proved=size <= plans.least,
         counters={
-            "moves": len(moves),
-            "expanded": expanded,
-            "arrangements": sum(one.shadows.arrangements for one in searches),
-            "places": len(search.roadmap.points),
+            "moves": len(plan.moves),
+            "expanded": plans.expanded,
+            "arrangements": plans.shadows.arrangements,
+            "places": len(plan.roadmap.points),
         },
-        beliefs=beliefs_of(search.shadows, schedule),
+        beliefs=beliefs_of(plans.shadows, schedule),
     )
 
 
-def _nothing(
-    problem: PursuitProblem, pursuers: tuple[Pursuer, ...], expanded: int, reason: str = ""
-) -> PursuitResult:
+def _nothing(problem: PursuitProblem, size: int, plans: _Plans, reason: str = "") -> PursuitResult:
+    pursuers = _team(problem, size)
     starts = np.array([one.start for one in pursuers], dtype=np.float64)
-    stand = Schedule(np.zeros(1), starts[None], np.empty((0, len(pursuers)), np.bool_))
-    count = len(pursuers)
-    word = "pursuer" if count == 1 else "pursuers"
-    tried = f"no plan for {count} {word} was found; more pursuers or a larger budget may find one"
+    stand = Schedule(np.zeros(1), starts[None], np.empty((0, size), np.bool_))
+    word = "pursuer" if size == 1 else "pursuers"
+    tried = f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
     return PursuitResult(
         Status.OUT_OF_BUDGET,
         reason or tried,
         stand,
         pursuers,
-        lower_bound=1,
+        lower_bound=min(plans.least, size),
         minimal_proved=False,
-        counters={"expanded": expanded},
+        counters={"expanded": plans.expanded},
     )
 
 

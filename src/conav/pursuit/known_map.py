@@ -9,10 +9,9 @@ roadmap, which says nothing of other roadmaps.
 
 import heapq
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from conav.geometry.triangulation import Triangulation
 from conav.pursuit.roadmap import Roadmap
 from conav.pursuit.shadow_moves import ShadowMoves
 
@@ -39,12 +38,10 @@ class Clearing:
 class KnownMapSearch:
     """Searches on one roadmap; what moves do to shadows is kept between them."""
 
-    mesh: Triangulation
+    shadows: ShadowMoves
     roadmap: Roadmap
-    shadows: ShadowMoves = field(init=False)
 
     def __post_init__(self) -> None:
-        self.shadows = ShadowMoves(self.mesh)
         self._numbers = [self.shadows.number(point) for point in self.roadmap.points]
 
     def clear(
@@ -59,7 +56,8 @@ class KnownMapSearch:
 
         States are taken by metres driven plus `weight` times the square root of the contaminated
         area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
-        `budget` limits the states expanded; so does `on_progress`, told how many were, by False.
+        It ends where views with `budget` windows were laid over each other, or where
+        `on_progress`, told how many states were expanded, says False.
         """
         begin = tuple(sorted(team))
         full = (1 << self.shadows.numbered_shadows(self._viewpoints(begin)).count) - 1
@@ -67,7 +65,7 @@ class KnownMapSearch:
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
         heapq.heappush(waiting, (self._rank(0.0, begin, full, weight), 0, 0.0, begin, full))
-        expanded = 0
+        expanded, last = 0, self.shadows.windows + budget
         while waiting:
             _, number, cost, places, dirty = heapq.heappop(waiting)
             if dirty == 0:
@@ -77,7 +75,7 @@ class KnownMapSearch:
                 continue
             known[:] = [one for one in known if not (one[0] & dirty == dirty and one[1] >= cost)]
             known.append((dirty, cost))
-            if expanded >= budget or (
+            if self.shadows.windows >= last or (
                 on_progress is not None and expanded % 64 == 0 and not on_progress(expanded)
             ):
                 return Clearing(None, False, expanded)

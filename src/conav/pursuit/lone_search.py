@@ -16,21 +16,6 @@ from conav.pursuit.shadow_moves import ShadowMoves, Team
 NOBODY = -1
 
 
-@dataclass
-class Effort:
-    """How many states may still be looked at."""
-
-    left: int
-    spent: int = 0
-
-    def take(self) -> bool:
-        """Whether one more may."""
-        if self.spent >= self.left:
-            return False
-        self.spent += 1
-        return True
-
-
 @dataclass(frozen=True)
 class Component:
     """What guards do not see: one of their shadows, by number."""
@@ -65,6 +50,15 @@ def area_of(bits: int, areas: list[float]) -> float:
     return sum(area for shadow, area in enumerate(areas) if bits >> shadow & 1)
 
 
+@dataclass(frozen=True)
+class Alone:
+    """What a search found: places by number, None where it ended or there are none."""
+
+    way: list[int] | None
+    exhausted: bool  # whether every state was looked at
+    expanded: int
+
+
 def search_alone(
     moves: ShadowMoves,
     roadmap: Roadmap,
@@ -72,11 +66,14 @@ def search_alone(
     part: Component,
     *,
     weight: float,
-    effort: Effort,
-) -> list[int] | None:
-    """Places by number through which a searcher clears a component; None where none were found.
+    most: int,
+    windows: int,
+) -> Alone:
+    """Places through which a searcher that begins at the first of them clears a component.
 
-    It begins at the first of them. `numbers` are the places' viewpoints.
+    `numbers` are the viewpoints of places; `most` states are expanded,
+    `windows` of views laid over each other (`ShadowMoves.windows`). States are taken by metres
+    driven plus `weight` times the square root of the contaminated area [m].
     """
     waiting: list[tuple[float, int, float, int, int]] = []
     parents: list[tuple[int, int]] = []
@@ -97,6 +94,8 @@ def search_alone(
         useful[place] = area < part.area * (1.0 - 1e-9)
         if useful[place] or bits == 0:
             push(NOBODY, place, 0.0, bits)
+    expanded = 0
+    last = moves.windows + windows
     while waiting:
         _, state, cost, place, dirty = heapq.heappop(waiting)
         known = best[place]
@@ -109,11 +108,12 @@ def search_alone(
             while state != NOBODY:
                 state, place = parents[state]
                 way.append(place)
-            return way[::-1]
-        if not effort.take():
-            return None
+            return Alone(way[::-1], False, expanded)
+        if expanded >= most or moves.windows >= last:
+            return Alone(None, False, expanded)
+        expanded += 1
         for end in roadmap.joined[place].tolist():
             if useful[end]:
                 after = moves.numbered_after(part.guards, numbers[place], numbers[end], dirty)
                 push(state, end, cost + float(roadmap.lengths[place, end]), after)
-    return None
+    return Alone(None, True, expanded)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.geometry.triangulation import Triangulation
-from conav.geometry.view_cells import cells_of_table
+from conav.geometry.view_cells import ViewCells, cells_of_table
 from conav.geometry.view_cells import shadows as shadows_of
 from conav.geometry.view_chords import ViewTable
 from conav.geometry.visibility import VisibilityPolygon, visibility_polygon
@@ -68,7 +68,8 @@ class ShadowMoves:
 
     floor: Triangulation
     halvings: int = 3  # how often a move is halved at most where halves may tell more
-    arrangements: int = 0
+    arrangements: int = 0  # of views laid over each other so far
+    windows: int = 0  # in all of them together
 
     def __post_init__(self) -> None:
         self.points: list[Point] = []
@@ -116,8 +117,7 @@ class ShadowMoves:
     def numbered_shadows(self, team: Team) -> Shadows:
         """As `shadows`."""
         if team not in self._standing:
-            self.arrangements += 1
-            cells = cells_of_table(self._table, np.array(team, np.int64))
+            cells = self._cells(np.array(team, np.int64))
             labels = shadows_of(cells)
             areas = np.zeros(int(labels.max()) + 1)
             np.add.at(areas, labels[labels >= 0], cells.areas[labels >= 0])
@@ -145,11 +145,10 @@ class ShadowMoves:
         shadows are part of which old ones.
         """
         if (others, a, b) not in self._links:
-            self.arrangements += 1
             who = np.array((*others, a, b), np.int64)
             old, new, old_areas, new_areas = link_shadows(
                 self._table.points, self.floor.wall_ends, self._holes,
-                cells_of_table(self._table, who), who,
+                self._cells(who), who,
             )  # fmt: skip
             self._standing.setdefault(tuple(sorted({*others, a})), Shadows(old_areas))
             self._standing.setdefault(tuple(sorted({*others, b})), Shadows(new_areas))
@@ -163,6 +162,12 @@ class ShadowMoves:
             self._links[others, a, b] = there
             self._links[others, b, a] = Links(there.new, there.old)
         return self._links[others, a, b]
+
+    def _cells(self, viewpoints: NDArray[np.int64]) -> ViewCells:
+        starts = self._table.starts
+        self.arrangements += 1
+        self.windows += int((starts[viewpoints + 1] - starts[viewpoints]).sum())
+        return cells_of_table(self._table, viewpoints)
 
     def _middle(self, a: int, b: int) -> int:
         """The viewpoint half-way; -1 where rounding takes it to an end or off the floor."""

@@ -9,7 +9,7 @@ for one pursuer at a time. This finds no plan in which two must move in turn to 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from conav.pursuit.lone_search import Component, Effort, components, left_of, search_alone
+from conav.pursuit.lone_search import Alone, Component, components, left_of, search_alone
 from conav.pursuit.roadmap import Roadmap
 from conav.pursuit.shadow_moves import ShadowMoves, Team
 
@@ -26,25 +26,33 @@ class SplitSearch:
     moves: ShadowMoves
     roadmap: Roadmap
     weight: float
-    breadth: int = 8  # posts tried in each part
-    each: int = 300  # states looked at for a part by itself
-    _alone: dict[Part, list[int] | None] = field(default_factory=dict[Part, list[int] | None])
+    spent: int = 0  # states looked at
+    _alone: dict[Part, Alone] = field(default_factory=dict[Part, Alone])
     _fails: set[tuple[Part, int]] = field(default_factory=set[tuple[Part, int]])
     _posts: dict[Part, list[int]] = field(default_factory=dict[Part, list[int]])
 
     def __post_init__(self) -> None:
         self._numbers = [self.moves.number(point) for point in self.roadmap.points]
-        self.spent = 0
 
     def clear(
-        self, size: int, on_progress: Callable[[int], bool] | None = None
+        self,
+        size: int,
+        *,
+        breadth: int,
+        each: int,
+        budget: int,
+        on_progress: Callable[[int], bool] | None = None,
     ) -> list[Drive] | None:
         """Drives, one after the other, by which `size` pursuers clear the floor; None for none.
 
-        The first place of a drive may be anywhere: the pursuer goes there first.
+        The first place of a drive may be anywhere: the pursuer goes there first. In each part
+        `breadth` posts are tried; by itself a part is searched for `each` states at most. It ends
+        where views with `budget` windows were laid over each other, or where `on_progress`, told
+        how many states were looked at, says False.
         """
-        self._on_progress = on_progress
-        self.stopped = False
+        self._breadth, self._each, self._end = breadth, each, self.moves.windows + budget
+        self._on_progress, self.stopped = on_progress, False
+        self._fails.clear()
         drives: list[Drive] = []
         for part in components(self.moves, ()):
             found = self._clear(part, size)
@@ -56,20 +64,12 @@ class SplitSearch:
     def _clear(self, part: Component, size: int) -> list[Drive] | None:
         key = (part.guards, part.shadow)
         depth = len(part.guards)
-        if key not in self._alone:
-            effort = Effort(self.each)
-            self._alone[key] = search_alone(
-                self.moves, self.roadmap, self._numbers, part, weight=self.weight, effort=effort
-            )
-            self.spent += effort.spent
-            if self._on_progress is not None and not self._on_progress(self.spent):
-                self.stopped = True
-        alone = self._alone[key]
+        alone = self._search_alone(part, key)
         if alone is not None:
             return [(depth, alone)]
-        if size == 1 or self.stopped or (key, size) in self._fails:
+        if size == 1 or self.ended or (key, size) in self._fails:
             return None
-        for post in self._best_posts(part, key)[: self.breadth]:
+        for post in self._best_posts(part, key)[: self._breadth]:
             drives: list[Drive] | None = [(depth, [post])]
             for inner in self._parts(part, post):
                 found = self._clear(inner, size - 1)
@@ -79,10 +79,36 @@ class SplitSearch:
                 drives += found
             if drives is not None:
                 return drives
-            if self.stopped:
+            if self.ended:
                 return None
         self._fails.add((key, size))
         return None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last search ended before it was through."""
+        return self.stopped or self.moves.windows >= self._end
+
+    def _search_alone(self, part: Component, key: Part) -> list[int] | None:
+        known = self._alone.get(key)
+        windows = self._end - self.moves.windows
+        if known is None or (
+            known.way is None and not known.exhausted and known.expanded < self._each
+        ):
+            if self._on_progress is not None and not self._on_progress(self.spent):
+                self.stopped = True
+                return None
+            known = self._alone[key] = search_alone(
+                self.moves,
+                self.roadmap,
+                self._numbers,
+                part,
+                weight=self.weight,
+                most=self._each,
+                windows=windows,
+            )
+            self.spent += known.expanded
+        return known.way
 
     def _parts(self, part: Component, post: int) -> list[Component]:
         """Those into which a guard at a place parts a part, the largest first."""
