@@ -111,26 +111,38 @@ def chords_of(
     for i in range(viewpoints.shape[0]):
         count += starts[viewpoints[i] + 1] - starts[viewpoints[i]]
     columns = np.empty((6, count), np.int64)
-    keys = np.empty(count, np.int64)
     at = 0
     for i in range(viewpoints.shape[0]):
         for w in range(starts[viewpoints[i]], starts[viewpoints[i] + 1]):
-            near = windows[w, 0]
-            far = windows[w, 1]
             columns[0, at] = n + viewpoints[i]
-            columns[1, at] = near
-            columns[2, at] = near
-            columns[3, at] = far
+            columns[1, at] = columns[2, at] = windows[w, 0]
+            columns[3, at] = windows[w, 1]
             columns[4, at] = windows[w, 2]
             columns[5, at] = 1 << i
-            if far >= 0:
-                keys[at] = min(near, far) * (2 * n) + max(near, far)
-            else:
-                keys[at] = near * (2 * n) + n + windows[w, 2]
             at += 1
     every = Chords(columns[0], columns[1], columns[2], columns[3], columns[4], columns[5])
+    return merge_copies(points, wall_ends, every)[0]
+
+
+@kernel
+def merge_copies(points: Floats, wall_ends: Ints, every: Chords) -> tuple[Chords, Ints]:
+    """The chords with those that are one piece of floor made one; the new row of each.
+
+    Of copies the first is kept, with the bits of views in which an odd number of them has a one.
+    """
+    n = wall_ends.shape[0]
+    count = every.starts.shape[0]
+    keys = np.empty(count, np.int64)
+    for i in range(count):
+        near = every.starts[i]
+        far = every.ends[i]
+        if far >= 0:
+            keys[i] = min(near, far) * (2 * n) + max(near, far)
+        else:
+            keys[i] = near * (2 * n) + n + every.walls[i]
     order = np.argsort(keys, kind="mergesort")
     kept = np.empty((6, count), np.int64)
+    row_of = np.empty(count, np.int64)
     total = 0
     begin = 0
     while begin < count:
@@ -153,16 +165,22 @@ def chords_of(
             if k > begin and (
                 wall < 0 or order_on_wall(points, wall_ends, every, wall, order[k - 1], i) == 0
             ):
-                kept[5, total - 1] ^= columns[5, i]
-                continue
-            for c in range(6):
-                kept[c, total] = columns[c, i]
-            total += 1
+                kept[5, total - 1] ^= every.views[i]
+            else:
+                kept[0, total] = every.tails[i]
+                kept[1, total] = every.heads[i]
+                kept[2, total] = every.starts[i]
+                kept[3, total] = every.ends[i]
+                kept[4, total] = every.walls[i]
+                kept[5, total] = every.views[i]
+                total += 1
+            row_of[i] = total - 1
         begin = end
-    return Chords(
+    chords = Chords(
         kept[0, :total].copy(), kept[1, :total].copy(), kept[2, :total].copy(),
         kept[3, :total].copy(), kept[4, :total].copy(), kept[5, :total].copy(),
     )  # fmt: skip
+    return chords, row_of
 
 
 @kernel

@@ -7,8 +7,9 @@ that see the whole floor end the growth, where 60 of them are enough.
 """
 
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
@@ -21,9 +22,10 @@ from conav.pursuit.bounds import least_pursuers
 from conav.pursuit.drives import moves_of
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch, Move
+from conav.pursuit.one_pursuer import decide_one_pursuer
 from conav.pursuit.roadmap import Roadmap, make_roadmap
 from conav.pursuit.schedule import schedule_of
-from conav.pursuit.shadow_moves import ShadowMoves
+from conav.pursuit.shadow_moves import Point, ShadowMoves
 from conav.pursuit.split_search import Drive, SplitSearch
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult, Schedule
 from conav.status import Status
@@ -75,8 +77,12 @@ class ClearKnownMap:
         if plans.stopped:
             return _nothing(problem, size, plans, "it was stopped")
         last = size + (quick is None or self.weight == 0.0)
-        for smaller in range(max(first, plans.least), last):
-            thorough = plans.thorough(smaller)
+        for smaller in range(first, last):
+            thorough = plans.alone() if smaller == 1 else None
+            if smaller < plans.least:
+                continue
+            if thorough is None:
+                thorough = plans.thorough(smaller)
             if plans.stopped:
                 return _nothing(problem, smaller, plans, "it was stopped")
             if thorough is not None:
@@ -139,6 +145,43 @@ class _Plans:
                 if plan is not None or self.stopped:
                     return plan
         return None
+
+    def alone(self) -> _Plan | None:
+        """By the cells that tell whether one pursuer can clear the floor; proves it where not."""
+        decision = decide_one_pursuer(self.problem.floor)
+        self.expanded += decision.states
+        if decision.suffices is False:
+            self.least = max(self.least, 2)
+        if not decision.suffices or self.settings.weight == 0.0:
+            return None
+        return self._along(decision.way)
+
+    def _along(self, way: Sequence[Point]) -> _Plan | None:
+        """One pursuer goes to the way's beginning and along it; None where that leaves somebody."""
+        roadmap = self._search(False).roadmap
+        points = list(dict.fromkeys((*roadmap.points, *way)))
+        number = {point: i for i, point in enumerate(points)}
+        lengths = np.full((len(points), len(points)), np.inf)
+        n = len(roadmap.points)
+        lengths[:n, :n] = roadmap.lengths
+        seen = [i for i in range(n) if sees(self.mesh, points[i], way[0])]
+        pairs = [(i, number[way[0]]) for i in seen]
+        pairs += [(number[a], number[b]) for a, b in pairwise(way)]
+        for i, j in pairs:
+            (ax, ay), (bx, by) = points[i], points[j]
+            lengths[i, j] = lengths[j, i] = ((ax - bx) ** 2 + (ay - by) ** 2) ** 0.5
+        joined = tuple(np.flatnonzero(np.isfinite(row)) for row in lengths)
+        extended = Roadmap(tuple(points), joined, lengths)
+        begin = self._begin(extended, 1)
+        moves = moves_of(extended, begin, [(0, [number[point] for point in way])])
+        if moves is None:
+            return None
+        dirty = (1 << self.shadows.shadows([points[begin[0]]]).count) - 1
+        for count, move in enumerate(moves):
+            if dirty == 0:
+                return _Plan(extended, moves[:count])
+            dirty = self.shadows.after((), points[move.start], points[move.end], dirty)
+        return _Plan(extended, moves) if dirty == 0 else None
 
     def _split(
         self, size: int, middles: bool, *, breadth: int, each: int, share: int = 1

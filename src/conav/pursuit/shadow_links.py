@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.geometry.inner_point import inner_point
 from conav.geometry.view_cells import ViewCells, border_from, join, number_shadows
 
 Ints = NDArray[np.int64]
@@ -110,43 +111,12 @@ def _leave_out_triangles_with_holes(
             begins[largest[part]], points, wall_ends, cells.following, cells.nodes,
             cells.node_points, cells.node_places, 2 * cells.left.shape[0],
         )  # fmt: skip
-        x, y, width = _inner_point(border)
+        x, y, width = inner_point(border)
         if width > _SURELY * size:
             clear[part] = not _hole_between(points, holes, a, b, x, y, _SURELY * size)
     for cell in range(areas.shape[0]):
         if parts[cell] >= 0:
             both[cell] = clear[parts[cell]]
-
-
-@kernel
-def _inner_point(border: Floats) -> tuple[float, float, float]:
-    """A point inside a polygon, and how far from its border along both axes, roughly.
-
-    The middle of the longest piece of the level line half-way up the largest gap between the levels
-    of corners.
-    """
-    levels = np.sort(border[:, 1])
-    best = 0
-    for i in range(levels.shape[0] - 1):
-        if levels[i + 1] - levels[i] > levels[best + 1] - levels[best]:
-            best = i
-    y = (levels[best] + levels[best + 1]) / 2.0
-    crossings = np.empty(border.shape[0])
-    count = 0
-    for i in range(border.shape[0]):
-        ax, ay = border[i]
-        bx, by = border[(i + 1) % border.shape[0]]
-        if (ay < y) != (by < y):
-            crossings[count] = ax + (y - ay) / (by - ay) * (bx - ax)
-            count += 1
-    crossings = np.sort(crossings[:count])
-    x = border[0, 0]
-    width = 0.0
-    for i in range(0, count - 1, 2):
-        if crossings[i + 1] - crossings[i] > width:
-            width = crossings[i + 1] - crossings[i]
-            x = (crossings[i] + crossings[i + 1]) / 2.0
-    return x, y, min(width, levels[best + 1] - levels[best])
 
 
 @kernel
