@@ -54,7 +54,8 @@ class CriticalCells(NamedTuple):
 def critical_cells(floor: Triangulation, most: int) -> CriticalCells | None:
     """The cells of a floor with one ring and no straight vertices.
 
-    None for a floor that is one cell, and where there are more than `most` events.
+    None for a floor that is one cell, and where there are more than `most` events or lines cross
+    more than ten times as often.
     """
     table = ViewTable(floor)
     for x, y in floor.vertices.tolist():
@@ -63,16 +64,31 @@ def critical_cells(floor: Triangulation, most: int) -> CriticalCells | None:
     events, ends = _events(floor.vertices, floor.wall_ends, table.starts[: n + 1], table.windows)
     if not 0 < len(events) <= most:
         return None
-    (chord_of, chord_ends, left, right, chords, cells, nodes, node_points, node_places, points,
-     widths, starts, gaps) = _cells(
+    chords, chord_of = _chords(floor.vertices, floor.wall_ends, events, ends)
+    pairs = find_crossings(floor.vertices, floor.wall_ends, chords, 0)
+    if len(pairs) > 10 * most:
+        return None
+    fields = _cells(
         floor.vertices, floor.wall_ends, floor.rings, floor.triangles.reshape(-1),
         floor.twins.reshape(-1), floor.grid.frame, floor.grid.starts, floor.grid.triangles,
-        events, ends, np.empty((polygon_size(n), 3)), np.empty((polygon_size(n), 4), np.int64),
+        chords, pairs, np.empty((polygon_size(n), 3)), np.empty((polygon_size(n), 4), np.int64),
     )  # fmt: skip
-    return CriticalCells(
-        events, chord_of, chord_ends, left, right, chords, cells, nodes, node_points,
-        node_places, points, widths, starts, gaps,
+    return CriticalCells(events, chord_of, chords.ends, *fields)
+
+
+@kernel
+def _chords(vertices: Floats, wall_ends: Ints, events: Ints, ends: Ints) -> tuple[Chords, Ints]:
+    """The chords of events, each numbered in its field `views`; the chord of each event."""
+    every = Chords(
+        events[:, 0].copy(), events[:, 1].copy(), events[:, 1].copy(), ends[:, 0].copy(),
+        ends[:, 1].copy(), np.zeros(events.shape[0], np.int64),
     )  # fmt: skip
+    merged, chord_of = merge_copies(vertices, wall_ends, every)
+    numbered = Chords(
+        merged.tails, merged.heads, merged.starts, merged.ends, merged.walls,
+        np.arange(merged.starts.shape[0]),
+    )  # fmt: skip
+    return numbered, chord_of
 
 
 @kernel
@@ -113,25 +129,11 @@ def _side(vertices: Floats, a: int, b: int, c: int) -> int:
 @kernel
 def _cells(
     vertices: Floats, wall_ends: Ints, rings: Ints, corners: Ints, twins: Ints, frame: Floats,
-    cell_starts: Ints, cell_triangles: Ints, events: Ints, ends: Ints, out: Floats, facts: Ints,
-) -> tuple[
-    Ints, Ints, Ints, Ints, Ints, Ints, Ints, Floats, Ints, Floats, Floats, Ints, Ints
-]:  # fmt: skip
-    """The fields of `CriticalCells` but for the events."""
-    count = events.shape[0]
-    tails = events[:, 0].copy()
-    heads = events[:, 1].copy()
-    every = Chords(
-        tails, heads, heads, ends[:, 0].copy(), ends[:, 1].copy(), np.zeros(count, np.int64)
-    )
-    merged, chord_of = merge_copies(vertices, wall_ends, every)
-    numbered = Chords(
-        merged.tails, merged.heads, merged.starts, merged.ends, merged.walls,
-        np.arange(merged.starts.shape[0]),
-    )  # fmt: skip
-    pairs = find_crossings(vertices, wall_ends, numbered, 0)
-    areas, _, left, right, chords, cells, following, nodes, node_points, places = arrange(
-        vertices, wall_ends, rings, numbered, pairs, np.empty((0, 2), np.int64)
+    cell_starts: Ints, cell_triangles: Ints, chords: Chords, pairs: Ints, out: Floats, facts: Ints,
+) -> tuple[Ints, Ints, Ints, Ints, Ints, Floats, Ints, Floats, Floats, Ints, Ints]:  # fmt: skip
+    """The fields of `CriticalCells` from `left` on."""
+    areas, _, left, right, chord_of, cells, following, nodes, node_points, places = arrange(
+        vertices, wall_ends, rings, chords, pairs, np.empty((0, 2), np.int64)
     )
     n = areas.shape[0]
     begins = np.empty(n, np.int64)
@@ -170,6 +172,6 @@ def _cells(
         gaps[begin : begin + windows] = np.sort(gaps[begin : begin + windows])
         starts[cell + 1] = begin + windows
     return (
-        chord_of, merged.ends, left, right, chords, cells, nodes, node_points, places, points,
-        widths, starts, gaps[: starts[n]].copy(),
+        left, right, chord_of, cells, nodes, node_points, places, points, widths, starts,
+        gaps[: starts[n]].copy(),
     )  # fmt: skip

@@ -22,6 +22,7 @@ from conav.pursuit.types import PursuitProblem
 
 QUICK = 100  # states for a part by itself where any plan is looked for
 QUICK_SHARE = 30  # times the budget, so that large floors come to a plan
+MOST_PLACES = 400  # triangles; of floors with more the middles are tried only when asked for
 THOROUGH = 2000  # states for a part by itself where a plan for fewer is looked for
 
 
@@ -78,15 +79,17 @@ class Plans:
 
         The shortest plan may have all move in turn, so it is looked for among these alone.
         """
-        for middles in (False, True):
-            if self.limits.places in ("auto", "all" if middles else "vertices"):
-                plan = None
-                if self.limits.weight > 0.0:
-                    plan = self._split(size, middles, breadth=8, each=THOROUGH)
-                if plan is None and not self.stopped:
-                    plan = self._in_turn(size, middles)
-                if plan is not None or self.stopped:
-                    return plan
+        choices = {"vertices": (False,), "all": (True,)}.get(self.limits.places, (False, True))
+        if choices == (False, True) and len(self.mesh.triangles) > MOST_PLACES:
+            choices = (False,)
+        for middles in choices:
+            plan = None
+            if self.limits.weight > 0.0:
+                plan = self._split(size, middles, breadth=8, each=THOROUGH)
+            if plan is None and not self.stopped:
+                plan = self._in_turn(size, middles)
+            if plan is not None or self.stopped:
+                return plan
         return None
 
     def alone(self) -> Plan | None:

@@ -30,7 +30,7 @@ from conav.geometry.triangulation import triangulate
 from conav.maps.polygon_map import PolygonMap, without_collinear_points
 from conav.pursuit.shadow_moves import Point
 
-MOST_EVENTS = 3000  # the cells grow with the square of these
+MOST_EVENTS = 2000  # there are more cells by far
 _SURELY = 1e-9  # of the floor's size: the width of cells that a rounded point lies in for sure
 
 Gaps = tuple[int, ...]
@@ -67,7 +67,7 @@ class _Step:
         return after
 
 
-def decide_one_pursuer(floor: PolygonMap, most_states: int = 200_000) -> Decision:
+def decide_one_pursuer(floor: PolygonMap, most_states: int = 50_000) -> Decision:
     """Whether one pursuer can clear the floor; not found out for floors with holes.
 
     `most_states` ends the search.
