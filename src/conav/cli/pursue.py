@@ -18,6 +18,8 @@ def pursue(
     floor_plan: str,
     /,
     *,
+    method: str = "known-map",
+    labels: str = "shadows",
     pursuers: str = "auto",
     start: str | None = None,
     speed: float = 1.0,
@@ -36,6 +38,11 @@ def pursue(
     ----------
     floor_plan
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
+    method
+        How: known-map, or splitting, by guards until one pursuer suffices for each part.
+    labels
+        What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
+        claims may be wrong.
     pursuers
         How many, or auto: as few as are found to suffice.
     start
@@ -43,7 +50,7 @@ def pursue(
     speed
         Top speed of a pursuer [m/s].
     set
-        A setting of the search, name=value; may be repeated.
+        A setting of the method, name=value; may be repeated.
     resolution
         Metres per pixel, for a bare picture.
     out
@@ -67,13 +74,13 @@ def pursue(
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.read_floor_plan import FloorPlanReading
-    from conav.pursuit.clear_known_map import make_clearing, settings_of
+    from conav.pursuit.catalogue import make_method, settings_of
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
     from conav.pursuit.types import Pursuer, PursuitProblem
     from conav.pursuit.verify import verify_schedule
 
-    method = make_clearing(dict(parse_settings(set or [])))
+    chosen = make_method(method, labels, dict(parse_settings(set or [])))
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
@@ -87,7 +94,7 @@ def pursue(
         )
     begun = perf_counter()
     with _Progress(shown=not quiet) as progress:
-        result = method.solve(problem, progress.step)
+        result = chosen.solve(problem, progress.step)
     compute_s = perf_counter() - begun
     found = None
     if result.status == "done":
@@ -99,8 +106,8 @@ def pursue(
                 run,
                 problem,
                 result,
-                method="known-map",
-                settings=settings_of(method),
+                method=method,
+                settings={"labels": labels, **settings_of(chosen)},
                 seed=0,
                 compute_s=compute_s,
             )
@@ -116,16 +123,19 @@ def pursue(
     summary: dict[str, Any] = {
         "job": "pursue",
         "floorplan": floor.name,
+        "method": method,
+        "labels": labels,
         "status": str(result.status),
         "reason": result.reason,
+        "claim": "captured" if result.status == "done" else None,
         "pursuers": len(result.pursuers),
         "lower_bound": result.lower_bound,
         "minimal_proved": result.minimal_proved,
         "verdict": None if found is None else str(found.verdict),
-        "moves": len(schedule.active),
+        "moves": result.counters.get("moves", 0),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
-        "expanded": result.counters.get("expanded", 0),
+        "counters": dict(result.counters),
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
     }
@@ -169,14 +179,15 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             "escapes": "an evader can slip away, the verifier found",
             "unknown": "the verifier could not decide",
         }
-        print(f"{summary['floorplan']}: {team}: {words[summary['verdict']]}")
+        claim = "claimed captured; " if summary["verdict"] != "captured" else ""
+        print(f"{summary['floorplan']}: {team}: {claim}{words[summary['verdict']]}")
         print(
             f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
             f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
         )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")
-        else:
+        elif summary["verdict"] == "captured":
             print(f"  whether fewer than {count} can is not proved")
     for what, path in (("run file", summary["run"]), ("picture", png)):
         if path is not None:
