@@ -31,9 +31,11 @@ STARTS = {DOUBLE_INTEGRATOR: (2.0, 2.0, 0.0, 0.3), DUBINS_CAR: (2.0, 2.0, 0.5)}
 def grown(scenes, motion: str, mode: str, samples: int) -> Team:
     problem = scenes.errand()
     robot = replace(
-        problem.robots[0], motion=motion, start=STARTS[motion], speed_mps=1.5, radius_m=0.8
+        problem.robots[0], motion=motion, start=STARTS[motion], radius_m=0.6, speed_mps=1.5
     )
-    team = build_team(replace(problem, robots=(robot,)), GraphSettings(mode=mode, gamma_m=60.0), 3)
+    pillars = np.array([(x, y, 0.5) for x in range(4, 19, 4) for y in range(4, 19, 4)], float)
+    problem = replace(problem, robots=(robot,), discs=pillars)
+    team = build_team(problem, GraphSettings(mode=mode, gamma_m=60.0), 3)
     lay_guides(team)
     team.grow(0, samples)
     return team
@@ -42,7 +44,7 @@ def grown(scenes, motion: str, mode: str, samples: int) -> Team:
 @pytest.mark.parametrize("motion", STARTS)
 @pytest.mark.parametrize("mode", ["forward", "paper"])
 def test_edges_are_those_of_the_rule(scenes, motion: str, mode: str) -> None:
-    team = grown(scenes, motion, mode, 150)
+    team = grown(scenes, motion, mode, 200 if mode == "forward" else 1000)
     graph, robot = team.graphs[0].arrays, team.problem.robots[0]
     surroundings = team.graphs[0].surroundings
     eta, gamma, root, _ = surroundings.rule.tolist()
@@ -52,7 +54,7 @@ def test_edges_are_those_of_the_rule(scenes, motion: str, mode: str) -> None:
         (int(graph.edges[e, TAIL]), int(graph.edges[e, HEAD])): e
         for e in range(int(graph.counts[EDGES]))
     }
-    assert len(found) == graph.counts[EDGES] > 30
+    assert len(found) == graph.counts[EDGES] > 150
     walls = np.hstack([surroundings.obstacles.shapes])
     areas = {
         str(bit): Area(region.disc, region.polygon)
@@ -97,7 +99,7 @@ def test_edges_are_those_of_the_rule(scenes, motion: str, mode: str) -> None:
         assert [first, *new] in [
             [sum(1 << int(name) for name in letter) for letter in reading] for reading in readings
         ]
-    assert left_out > 10 or mode == "paper"
+    assert left_out > 2 or mode == "paper"
 
 
 @settings(max_examples=150, deadline=None)
