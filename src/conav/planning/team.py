@@ -20,6 +20,7 @@ from conav.planning.best_response import (
     random_costs,
 )
 from conav.planning.budget import Budget
+from conav.planning.coupling_rule import refuse_couplings
 from conav.planning.curves import SAG
 from conav.planning.first_response import first_response
 from conav.planning.graph import RobotGraph, build_graph
@@ -337,7 +338,11 @@ class Team:
 
 
 def build_team(problem: PlanningProblem, settings: GraphSettings, seed: int) -> Team:
-    """The team before anything was sampled: graphs of the starts alone."""
+    """The team before anything was sampled: graphs of the starts alone.
+
+    Raises `InputError` for a problem with couplings, which no graph of one robot knows.
+    """
+    refuse_couplings(problem)
     x0, y0, x1, y1 = problem.floor.bounds
     tasks = tuple(task_of(robot) for robot in problem.robots)
     by_radius: dict[tuple[float, bool], Obstacles] = {}
