@@ -80,10 +80,13 @@ def test_options_reach_the_solver_and_the_scene(
         raise package.InputError("heard", "enough")
 
     monkeypatch.setattr(INash, "solve", solve)
+    warmed: list[str] = []
+    monkeypatch.setattr("conav.planning.warm_up.warm_up", lambda name, _: warmed.append(name))
     conav("plan", "antipodal-circle", "--robots", "5", "--seed", "3", "--set", "batch=50")
     conav("plan", "random-discs:3", "--time", "2.5")
     conav("plan", "random-discs:3", "--time", "2.5", "--samples", "70")
     (first, problem, seed), (timed, drawn, _), (both, _, _) = heard
+    assert warmed == ["inash", "inash"]  # where there is a clock
     assert (len(problem.robots), seed, first.batch, first.time_s) == (5, 3, 50, None)
     # Without a number of samples time alone ends it.
     assert (timed.time_s, timed.samples) == (2.5, None)

@@ -50,7 +50,8 @@ def plan(
     samples
         Samples each robot draws; the same seed then gives the same plan on every machine.
     time
-        Seconds the solver may take. Without --samples nothing else ends it.
+        Seconds the solver may take, once its kernels are loaded. Without --samples nothing else
+        ends it.
     seed
         Seed of everything random: the solver, and a made scene whose name says none.
     robots
@@ -87,6 +88,7 @@ def plan(
     from conav.planning.load_scene import load_scene
     from conav.planning.plan_summary import plan_summary
     from conav.planning.recorder import PlanRecorder
+    from conav.planning.warm_up import warm_up
 
     chosen = make_solver(solver, settings)
     problem = load_scene(scene, robots=robots, seed=seed)
@@ -95,6 +97,8 @@ def plan(
             "conav: compiling the kernels; this happens once and takes up to a minute",
             file=sys.stderr,
         )
+    if settings.get("time_s") is not None:
+        warm_up(solver, problem)
     first: list[float] = []
     with ExitStack() as stack:
         recorder = None
