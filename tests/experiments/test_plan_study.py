@@ -23,7 +23,7 @@ from conav.experiments.plan_study import (
 from conav.planning.catalogue import SOLVERS
 from conav.planning.scene_writer import scene_text
 
-SAMPLE = 40
+SAMPLE = 30
 
 
 def test_no_plan_of_a_sample_breaks_a_rule(tmp_path: Path) -> None:
