@@ -179,6 +179,21 @@ def test_small_teams_have_couplings_that_matter() -> None:
     assert dearer >= 3
 
 
+@pytest.mark.parametrize("kind", ["meet", "not-before"])
+def test_a_rule_knows_nothing_of_graphs_before_they_grew(kind: str) -> None:
+    region = Region("x", disc=(5.0, 5.0, 2.0))
+    coupling = Coupling(kind, ("r0", "r1"), region, within_m=2.0 if kind == "meet" else None)
+    rule, differs = CouplingRule((coupling,), ((0, 1),)), 0
+    for seed in range(8):
+        team = small_team(seed, 2, "vanish", ("duration",))
+        found = joint_search(team, range(2), 100_000, rule=rule)
+        fresh = CouplingRule((coupling,), ((0, 1),))
+        again = joint_search(team, range(2), 100_000, rule=fresh)
+        assert [one.total for one in found.plans] == [one.total for one in again.plans]
+        differs += found.labels > 1
+    assert differs
+
+
 def test_spans_by_hand() -> None:
     piece = straight([(0, 0), (10, 0)], [2, 12]).pieces[0]
     ((a, b),) = spans_in(piece, Region("r", disc=(5.0, 3.0, 5.0)))
