@@ -25,6 +25,7 @@ from conav.planning.budget import Budget, OnProgress
 from conav.planning.coupling_rule import CouplingRule, coupling_rule
 from conav.planning.impossible import why_impossible
 from conav.planning.joint_search import JointResult, joint_search
+from conav.planning.lay_guides import lay_guides
 from conav.planning.team import GraphSettings, Team, build_team
 from conav.planning.types import (
     SINGLE_INTEGRATOR,
@@ -71,7 +72,7 @@ class Coupled(GraphSettings):
             if reason is not None:
                 return each.result(Status.INFEASIBLE, reason)
         team.least_lengths = uncoupled.least_lengths  # a bound on plans that need not meet, too
-        team.lay_guides()
+        lay_guides(team)
         known = float("inf")
         hasty = self.haste > 1.0 and len(problem.costs) == 1
         while budget.growing:

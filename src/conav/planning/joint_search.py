@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.planning.best_response import LEAST_GAIN, Roads, state_after
-from conav.planning.graph import ONE_CHANGE
+from conav.planning.graph_arrays import ONE_CHANGE
 from conav.planning.joint_rule import JointRule, Present
 from conav.planning.steering import pieces_of
 from conav.planning.team import Team

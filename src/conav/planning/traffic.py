@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.planning.clearance import pieces_apart as curves_apart
+from conav.planning.piece import bend, state_on_piece
 from conav.planning.types import PIECE, PlanningProblem
 
 MAX_SLOTS = 512
@@ -53,9 +55,9 @@ class Traffic:
         end = pieces[-1]
         rows = pieces
         if self.stays[robot] and end[1] < self.horizon_s:
-            dt = end[1] - end[0]
+            x, y, _, _ = state_on_piece(end, float(end[1]))
             rest = np.zeros(PIECE)
-            rest[:4] = end[1], self.horizon_s, end[2] + end[4] * dt, end[3] + end[5] * dt
+            rest[:4] = end[1], self.horizon_s, x, y
             rows = np.vstack([pieces, rest])
         if len(rows) > self.tracks.shape[1]:
             longer = np.zeros((len(self.tracks), 2 * len(rows), PIECE))
@@ -112,6 +114,8 @@ def _index(
         end = pieces[piece, 1]
         first = min(int(begin / span), slots - 1)
         last = min(int(end / span), slots - 1)
+        longest = min(end - begin, 1.1 * span)  # of what is looked at in one slot
+        sag = 0.125 * bend(pieces[piece]) * longest * longest
         for slot in range(max(first - 1, 0), min(last + 2, slots)):
             # One slot more on each side: a time on the edge of two may count to either.
             firsts[slot] = min(firsts[slot], piece)
@@ -120,12 +124,17 @@ def _index(
                 if side == 1:
                     at = min(end, (slot + 1 + 1e-6) * span)
                 at = min(max(at, begin), end)
-                x = pieces[piece, 2] + pieces[piece, 4] * (at - begin)
-                y = pieces[piece, 3] + pieces[piece, 5] * (at - begin)
-                boxes[slot, 0] = min(boxes[slot, 0], x)
-                boxes[slot, 1] = min(boxes[slot, 1], y)
-                boxes[slot, 2] = max(boxes[slot, 2], x)
-                boxes[slot, 3] = max(boxes[slot, 3], y)
+                x, y, _, _ = state_on_piece(pieces[piece], at)
+                boxes[slot, 0] = min(boxes[slot, 0], x - sag)
+                boxes[slot, 1] = min(boxes[slot, 1], y - sag)
+                boxes[slot, 2] = max(boxes[slot, 2], x + sag)
+                boxes[slot, 3] = max(boxes[slot, 3], y + sag)
+
+
+@kernel
+def is_straight(pieces: NDArray[np.float64], row: int) -> bool:
+    """Whether a piece goes straight at constant speed."""
+    return pieces[row, 6] == 0.0 and pieces[row, 7] == 0.0 and pieces[row, 8] == 0.0
 
 
 @kernel
@@ -134,8 +143,11 @@ def pieces_apart(
 ) -> bool:
     """Whether two pieces are at least `distance` [m] apart at every time both last.
 
-    The relative motion is linear, so its least distance is that of a segment to the origin.
+    The relative motion of two straight ones is linear, so its least distance is that of a segment
+    to the origin; others are looked at by `conav.planning.clearance`.
     """
+    if not (is_straight(mine, a) and is_straight(theirs, b)):
+        return curves_apart(mine, a, theirs, b, distance)
     begin = max(mine[a, 0], theirs[b, 0])
     end = min(mine[a, 1], theirs[b, 1])
     if begin > end:
@@ -187,10 +199,14 @@ def hits(
             y0 = pieces[piece, 3]
             x1 = x0 + pieces[piece, 4] * (end - begin)
             y1 = y0 + pieces[piece, 5] * (end - begin)
-            left = min(x0, x1) - distance
-            right = max(x0, x1) + distance
-            low = min(y0, y1) - distance
-            high = max(y0, y1) + distance
+            away = distance
+            if not is_straight(pieces, piece):
+                x1, y1, _, _ = state_on_piece(pieces[piece], end)
+                away += 0.125 * bend(pieces[piece]) * (end - begin) * (end - begin)
+            left = min(x0, x1) - away
+            right = max(x0, x1) + away
+            low = min(y0, y1) - away
+            high = max(y0, y1) + away
             first = min(int(begin / span), slots - 1)
             near = False
             for slot in range(first, min(int(end / span), slots - 1) + 1):
