@@ -111,6 +111,16 @@ def test_what_cannot_be_done_exits_with_one(conav: Callable[..., Any], tmp_path:
     assert (tmp_path / "a.png").exists()
     assert not (tmp_path / "a.gif").exists()
     assert "nobody has a path, so there is no animation" in outcome.err
+    assert "  nobody has a path" in outcome.out
+
+
+def test_who_has_no_path_is_told_in_one_line(conav: Callable[..., Any]) -> None:
+    outcome = conav(
+        "plan", "narrow-passage:2,bay=yes", "--solver", "prioritized", "--samples", "100"
+    )
+    assert outcome.code == 1
+    assert "  robot_0: 6.2 m, arrives at" in outcome.out
+    assert "  no path: robot_1" in outcome.out.splitlines()
 
 
 @pytest.mark.parametrize(

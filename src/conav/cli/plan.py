@@ -188,17 +188,21 @@ def _print_summary(
         print(text)
     if summary["status"] == "done" and all(robot["epsilon"] == 0.0 for robot in robots):
         print("  an equilibrium: on its graph no robot can do better alone")
-    for robot in robots[:SHOWN]:
-        if robot["arrival_s"] is None:
-            print(f"  {robot['name']}: no path")
-            continue
+    driving = [robot for robot in robots if robot["arrival_s"] is not None]
+    for robot in driving[:SHOWN]:
         alone = f", alone {robot['solo_m']:.4g} {unit}" if robot["solo_m"] is not None else ""
         print(
             f"  {robot['name']}: {robot['length_m']:.4g} m, arrives at "
             f"{robot['arrival_s']:.4g} s{alone}"
         )
-    if len(robots) > SHOWN:
-        print(f"  and {len(robots) - SHOWN} more robots")
+    if len(driving) > SHOWN:
+        print(f"  and {len(driving) - SHOWN} more robots")
+    missing = [robot["name"] for robot in robots if robot["arrival_s"] is None]
+    if missing:
+        more = f" and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
+        print(
+            f"  no path: {', '.join(missing[:SHOWN])}{more}" if driving else "  nobody has a path"
+        )
     clearance = summary["min_clearance_m"]
     least = f"{clearance:.3g} m between robots at least; " if clearance is not None else ""
     first = summary["first_solution_compute_s"]
