@@ -28,7 +28,8 @@ def test_json(conav: Callable[..., Any]) -> None:
     summary = json.loads(outcome.out)
     assert summary["pursuers"] == 2
     assert summary["verdict"] == "captured"
-    assert summary["minimal_proved"] is False
+    assert summary["minimal_proved"] is True
+    assert summary["lower_bound"] == 2
     assert summary["time_s"] == pytest.approx(summary["distance_m"] / 2)
 
 
