@@ -36,7 +36,7 @@ def test_json(conav: Callable[..., Any]) -> None:
 def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
     outcome = conav("pursue", "ring", "--pursuers", "1")
     assert outcome.code == 1
-    assert outcome.out.startswith("ring: out_of_budget: no plan for 1 pursuer was found")
+    assert outcome.out.startswith("ring: infeasible: 1 pursuer cannot clear this floor")
 
 
 @pytest.mark.parametrize(

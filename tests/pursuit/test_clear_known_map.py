@@ -77,12 +77,21 @@ def test_where_everything_is_seen_nobody_moves() -> None:
         assert verdict(floor, result) == "captured"
 
 
-def test_too_few_pursuers_are_told() -> None:
-    result = cleared(load_floor_plan("ring"), most=1)
-    assert result.status == "out_of_budget"
-    assert "1 pursuer" in result.reason
+@pytest.mark.parametrize("name", ["ring", "spider:2,2,2"])
+def test_too_few_pursuers_are_told(name: str) -> None:
+    result = cleared(load_floor_plan(name), most=1)
+    assert result.status == "infeasible"
+    assert result.lower_bound == 2
+    assert "1 pursuer cannot" in result.reason
     assert not result.minimal_proved
-    assert cleared(load_floor_plan("ring"), most=2).status == "done"
+    assert cleared(load_floor_plan(name), most=2).status == "done"
+
+
+def test_what_no_search_finds_is_not_called_impossible() -> None:
+    result = cleared(load_floor_plan("triples:3"), most=2)
+    assert result.status == "out_of_budget"
+    assert "2 pursuers" in result.reason
+    assert result.lower_bound == 2
 
 
 def test_a_team_larger_than_needed_is_used() -> None:
