@@ -171,6 +171,47 @@ def pieces_apart(
 
 
 @kernel
+def _hull(
+    pieces: NDArray[np.float64], count: int, span: float, slots: int
+) -> tuple[float, float, float, float, int, int]:
+    """A box around pieces that follow each other, least and greatest x and y, and their slots.
+
+    A piece with constant acceleration is a curve with three control points, and lies between them;
+    one that turns is somewhere within its length.
+    """
+    left = np.inf
+    right = -np.inf
+    low = np.inf
+    high = -np.inf
+    for piece in range(count):
+        dt = pieces[piece, 1] - pieces[piece, 0]
+        x = pieces[piece, 2]
+        y = pieces[piece, 3]
+        left = min(left, x)
+        right = max(right, x)
+        low = min(low, y)
+        high = max(high, y)
+        vx = pieces[piece, 4] * dt
+        vy = pieces[piece, 5] * dt
+        if pieces[piece, 8] != 0.0:
+            length = abs(vx) + abs(vy)
+            left = min(left, x - length)
+            right = max(right, x + length)
+            low = min(low, y - length)
+            high = max(high, y + length)
+            continue
+        across = x + vx + 0.5 * pieces[piece, 6] * dt * dt
+        up = y + vy + 0.5 * pieces[piece, 7] * dt * dt
+        left = min(left, min(x + 0.5 * vx, across))
+        right = max(right, max(x + 0.5 * vx, across))
+        low = min(low, min(y + 0.5 * vy, up))
+        high = max(high, max(y + 0.5 * vy, up))
+    first = min(int(pieces[0, 0] / span), slots - 1)
+    last = min(int(pieces[count - 1, 1] / span), slots - 1)
+    return left, right, low, high, first, last
+
+
+@kernel
 def hits(
     tracks: NDArray[np.float64],
     sizes: NDArray[np.int64],
@@ -187,10 +228,26 @@ def hits(
     """How many of the heeded robots some piece comes too close to; stops counting at `enough`."""
     found = 0
     slots = firsts.shape[1]
+    if count == 0:
+        return 0
+    most_left, most_right, lowest, highest, earliest, latest = _hull(pieces, count, span, slots)
     for other in range(len(sizes)):
         if other == robot or sizes[other] == 0 or not heed[other]:
             continue
         distance = bodies[robot] + bodies[other]
+        # Of most others a box around all the pieces is enough.
+        about = False
+        for slot in range(earliest, latest + 1):
+            if (
+                boxes[other, slot, 0] <= most_right + distance
+                and boxes[other, slot, 2] >= most_left - distance
+                and boxes[other, slot, 1] <= highest + distance
+                and boxes[other, slot, 3] >= lowest - distance
+            ):
+                about = True
+                break
+        if not about:
+            continue
         apart = True
         for piece in range(count):
             begin = pieces[piece, 0]
