@@ -80,10 +80,13 @@ def test_options_reach_the_solver_and_the_scene(
         raise package.InputError("heard", "enough")
 
     monkeypatch.setattr(INash, "solve", solve)
+    warmed: list[str] = []
+    monkeypatch.setattr("conav.planning.warm_up.warm_up", lambda name, _: warmed.append(name))
     conav("plan", "antipodal-circle", "--robots", "5", "--seed", "3", "--set", "batch=50")
     conav("plan", "random-discs:3", "--time", "2.5")
     conav("plan", "random-discs:3", "--time", "2.5", "--samples", "70")
     (first, problem, seed), (timed, drawn, _), (both, _, _) = heard
+    assert warmed == ["inash", "inash"]  # where there is a clock
     assert (len(problem.robots), seed, first.batch, first.time_s) == (5, 3, 50, None)
     # Without a number of samples time alone ends it.
     assert (timed.time_s, timed.samples) == (2.5, None)
@@ -108,6 +111,16 @@ def test_what_cannot_be_done_exits_with_one(conav: Callable[..., Any], tmp_path:
     assert (tmp_path / "a.png").exists()
     assert not (tmp_path / "a.gif").exists()
     assert "nobody has a path, so there is no animation" in outcome.err
+    assert "  nobody has a path" in outcome.out
+
+
+def test_who_has_no_path_is_told_in_one_line(conav: Callable[..., Any]) -> None:
+    outcome = conav(
+        "plan", "narrow-passage:2,bay=yes", "--solver", "prioritized", "--samples", "100"
+    )
+    assert outcome.code == 1
+    assert "  robot_0: 6.2 m, arrives at" in outcome.out
+    assert "  no path: robot_1" in outcome.out.splitlines()
 
 
 @pytest.mark.parametrize(
@@ -249,6 +262,18 @@ def test_the_schema_is_printed(conav: Callable[..., Any]) -> None:
     "path", sorted((ROOT / "examples/scenes").glob("*.toml")), ids=lambda path: path.stem
 )
 def test_every_example_has_a_plan(conav: Callable[..., Any], path: Path) -> None:
-    summary = json.loads(conav("plan", path, "--samples", "6000", "--json").out)
+    coupled = bool(load_scene(path).couplings)
+    how = ("--solver", "coupled", "--samples", "60") if coupled else ("--samples", "6000")
+    summary = json.loads(conav("plan", path, *how, "--json").out)
     assert summary["status"] == "done"
     assert summary["min_clearance_m"] >= load_scene(path).margin_m
+
+
+def test_couplings_are_told_of_and_refused(conav: Callable[..., Any]) -> None:
+    path = ROOT / "examples/scenes/handover.toml"
+    told = conav("scenes", path).out
+    assert "  ann and bob meet in shop, within 1.5 m" in told
+    assert "  bob is not in gate before ann has been in shop" in told
+    refused = conav("plan", path)
+    assert refused.code == 2
+    assert "--solver coupled" in refused.err

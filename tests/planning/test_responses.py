@@ -37,6 +37,7 @@ class Small:
         letters = disjoint_letters(["a", "b"])
         self.automaton: Automaton = automaton_of(parse_formula(formula), letters)
         self.letters = random.choice(3, size, p=(0.5, 0.3, 0.2)).astype(np.int32)
+        self.ends = np.random.default_rng(seed + 100_000).uniform(size=size) < 0.8
         self.words: dict[tuple[int, int], tuple[int, ...]] = {}
         self.costs: dict[tuple[int, int], np.ndarray] = {}
         pool: list[int] = []
@@ -62,6 +63,7 @@ class Small:
             np.arange(size),
             states,
             self.letters,
+            self.ends,
             np.array(starts, np.int64),
             np.array(sources, np.int32),
             np.zeros(len(sources)),
@@ -69,7 +71,7 @@ class Small:
             np.array(pool, np.int32),
         )
         self.traffic = self.traffic_of(scenes, random)
-        self.limits = np.array([1000.0])
+        self.limits = np.array([1000.0, 0.0, 0.0])
         self.size = size
         columns = np.array([self.costs[key] for key in self.words]).reshape(-1, parts)
         self.roads = tuple(
@@ -114,7 +116,7 @@ class Small:
         stack = [((0,), start, np.zeros(len(self.roads)), 0)]
         while stack:
             path, state, cost, run_into = stack.pop()
-            if self.automaton.accepting[state]:
+            if self.automaton.accepting[state] and self.ends[path[-1]]:
                 yield cost, run_into + self.rest_hits(path[-1]), path
             for (tail, head), word in self.words.items():
                 if tail == path[-1]:
@@ -210,6 +212,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
         np.arange(7),
         np.column_stack([places, times]),
         np.array([0, 1, 0, 0, 0, 1, 2], np.int32),
+        np.ones(7, np.bool_),
         np.searchsorted([head for _, head in edges], np.arange(8)).astype(np.int64),
         np.array([tail for tail, _ in edges], np.int32),
         np.zeros(len(edges)),
@@ -219,7 +222,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
     automaton = automaton_of(parse_formula("F a & F b"), disjoint_letters(["a", "b"]))
     roads = make_roads(arranged, automaton, np.array([costs[edge] for edge in edges]))
     traffic = build_traffic(PlanningProblem(scenes.square, scenes.antipodal(2, 0.4).robots, 12.0))
-    arguments = (roads, traffic, 0, np.array([1000.0]), np.ones(2, np.bool_), np.inf)
+    arguments = (roads, traffic, 0, np.array([1000.0, 0.0, 0.0]), np.ones(2, np.bool_), np.inf)
     counters = np.zeros(2, np.int64)
     alone = best_response(*arguments, counters)
     assert alone is not None
