@@ -70,6 +70,7 @@ def test_gold_floors_are_captured(name: str, sizes: tuple[int, int], tmp_path: P
         result = make_method("delegation", settings={"order": order}).solve(problem)
         assert result.status == "done"
         assert len(result.pursuers) == size
+        assert result.minimal_proved == (size == 1)
         assert accepted(problem, result, tmp_path)
         assert bounded(result)
         assert result.counters["deliberations"] == 0 or result.counters["messages"] > 0

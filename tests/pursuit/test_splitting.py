@@ -132,6 +132,7 @@ def test_plans_capture(name: str, sizes: tuple[int, int]) -> None:
             result = solved(floor, make_method("splitting", settings={"cut": cut, "order": order}))
             assert result.status == "done"
             assert len(result.pursuers) == size
+            assert result.minimal_proved == (size == 1)
             assert verdict(floor, result) == "captured"
             times.append(float(result.schedule.times[-1]))
         assert times[1] <= times[0] + 1e-9

@@ -83,7 +83,7 @@ class Delegation:
             team.rounds.schedule(),
             tuple(team.rounds.pursuers),
             lower_bound=1,
-            minimal_proved=False,
+            minimal_proved=len(team.rounds.pursuers) == 1,
             counters=counters,
             beliefs=team.beliefs,
             history=tuple(team.history),

@@ -75,7 +75,7 @@ class Splitting:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.expanded})
         counters = {"states": parts.expanded, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters)
+        return _carried_out(problem, graph, plan, self.order, counters, sound=True)
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class SplittingByVertexLabels:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.states})
         counters = {"states": parts.states, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters)
+        return _carried_out(problem, graph, plan, self.order, counters, sound=False)
 
 
 def _graph(problem: PursuitProblem) -> tuple[NavigationGraph, Triangulation]:
@@ -148,6 +148,8 @@ def _carried_out(
     plan: Plan,
     order: Order,
     counters: dict[str, int],
+    *,
+    sound: bool,
 ) -> PursuitResult:
     needed = in_sequence(plan) if order == "sequence" else in_parallel(plan)
     size = max(needed, len(problem.pursuers))
@@ -172,6 +174,6 @@ def _carried_out(
         rounds.schedule(),
         pursuers,
         lower_bound=1,
-        minimal_proved=False,
+        minimal_proved=sound and size == 1,
         counters=counters,
     )
