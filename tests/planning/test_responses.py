@@ -212,6 +212,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
         np.arange(7),
         np.column_stack([places, times]),
         np.array([0, 1, 0, 0, 0, 1, 2], np.int32),
+        np.ones(7, np.bool_),
         np.searchsorted([head for _, head in edges], np.arange(8)).astype(np.int64),
         np.array([tail for tail, _ in edges], np.int32),
         np.zeros(len(edges)),

@@ -55,8 +55,8 @@ def fifth_root(x: float) -> float:
     """The fifth root of 0 <= x <= 1, to the last few bits, by Newton's method from above."""
     if x == 0.0:
         return 0.0
-    root = math.sqrt(math.sqrt(x))  # at least the root, since x is at most 1
-    for _ in range(60):
+    root = 1.0
+    for _ in range(200):  # a fifth is taken away at least while it is far above
         fourth = root * root * root * root
         after = (4.0 * root + x / fourth) / 5.0
         if after >= root:

@@ -3,8 +3,9 @@
 import numpy as np
 import shapely
 
-from conav.geometry.view_cells import cell_border, join_cells, view_cells
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply, shadow_numbers
+from conav.geometry.view_cells import cell_border, view_cells
+from conav.geometry.view_cells import shadows as shadows_of
+from conav.pursuit.shadow_moves import Point, ShadowMoves
 from conav.pursuit.types import HiddenRegion, Schedule
 
 
@@ -18,7 +19,7 @@ def beliefs_of(shadows: ShadowMoves, schedule: Schedule) -> dict[int, tuple[Hidd
         moved = [i for i in range(len(team)) if team[i] != after[i]]
         for i in moved:  # one at most
             others = (*team[:i], *team[i + 1 :])
-            dirty = apply(shadows.move(others, team[i], after[i]), dirty)
+            dirty = shadows.after(others, team[i], after[i], dirty)
         team = after
         beliefs[leg] = hidden_now(shadows, team, dirty)
     return beliefs
@@ -27,16 +28,15 @@ def beliefs_of(shadows: ShadowMoves, schedule: Schedule) -> dict[int, tuple[Hidd
 def hidden_now(
     shadows: ShadowMoves, team: tuple[Point, ...], dirty: int
 ) -> tuple[HiddenRegion, ...]:
-    """The shadows of a team as polygons, and whether each is clear; `dirty` as in `apply`."""
-    views = [shadows.view(point) for point in sorted(set(team))]
-    cells = view_cells(shadows.floor, views)
-    labels = join_cells(cells, cells.seen_by == 0)
+    """The shadows of a team as polygons, and whether each is clear; `dirty` as in `after`."""
+    cells = view_cells(shadows.floor, [shadows.view(point) for point in sorted(set(team))])
+    labels = shadows_of(cells)
     regions: list[HiddenRegion] = []
-    for label, numbers in enumerate(shadow_numbers(shadows, cells, labels, team)):
-        clear = not any(dirty >> number & 1 for number in numbers)
+    for number in range(int(labels.max()) + 1):
+        clear = not dirty >> number & 1
         parts = [
             shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
-            for cell in np.flatnonzero(labels == label).tolist()
+            for cell in np.flatnonzero(labels == number).tolist()
         ]
         whole = shapely.union_all(parts)
         for part in shapely.get_parts(whole):

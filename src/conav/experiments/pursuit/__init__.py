@@ -1,0 +1,1 @@
+"""Studies of clearing floors: what messages, pursuit graphs and orders cost."""
