@@ -21,6 +21,7 @@ METHODS: dict[str, dict[str, str]] = {
         "shadows": "conav.pursuit.splitting:Splitting",
         "paper": "conav.pursuit.splitting:SplittingByVertexLabels",
     },
+    "guards": {"shadows": "conav.pursuit.clear_by_guards:ClearByGuards"},
     "delegation": {"shadows": "conav.pursuit.delegation:Delegation"},
 }
 """Method -> labels -> "module:class"; nothing is imported before it is asked for."""
