@@ -33,6 +33,29 @@ def test_json(conav: Callable[..., Any]) -> None:
     assert summary["time_s"] == pytest.approx(summary["distance_m"] / 2)
 
 
+def test_what_labels_claim_is_judged(conav: Callable[..., Any]) -> None:
+    arguments = ("pursue", "rooms:3", "--method", "splitting", "--labels", "paper")
+    outcome = conav(*arguments)
+    assert outcome.code == 1
+    lines = outcome.out.splitlines()
+    assert lines[0].endswith("claimed captured; an evader can slip away, the verifier found")
+    assert len(lines) == 2
+    summary = json.loads(conav(*arguments, "--json").out)
+    assert (summary["claim"], summary["verdict"]) == ("captured", "escapes")
+    assert (summary["method"], summary["labels"]) == ("splitting", "paper")
+    assert summary["counters"]["states"] > 0
+
+
+def test_delegation_and_a_loss(conav: Callable[..., Any]) -> None:
+    arguments = ("pursue", "ring", "--method", "delegation", "--reach", "60")
+    outcome = conav(*arguments, "--fault", "pursuer_2:dies:3", "--out", "d.mcap")
+    assert outcome.code == 0, outcome.err
+    lines = outcome.out.splitlines()
+    assert lines[0] == "ring: 3 pursuers: nobody can slip away (verified)"
+    assert lines[2] == "  2 calls for help, 12 messages, 1 lost"
+    assert conav("verify", "d.mcap").code == 0
+
+
 def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
     outcome = conav("pursue", "ring", "--pursuers", "1")
     assert outcome.code == 1
@@ -48,6 +71,14 @@ def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
         (("ring", "--start", "50,50"), "off the floor"),
         (("ring", "--speed", "0"), "metres per second"),
         (("ring", "--set", "wieght=1"), "did you mean weight"),
+        (("ring", "--method", "spliting"), "did you mean splitting?"),
+        (("ring", "--labels", "none"), "there are: shadows, paper"),
+        (("ring", "--method", "delegation", "--labels", "paper"), "there are: shadows"),
+        (("ring", "--reach", "0"), "metres above 0"),
+        (("ring", "--reach", "9"), "limited range or reach"),
+        (("ring", "--fault", "pursuer_1:dies:3"), "use delegation"),
+        (("ring", "--fault", "robot_1:dies:3"), "not in the team"),
+        (("ring", "--fault", "pursuer_1:stalls:3"), "all it can do is die"),
         (("ring", "--out", "a.png"), "end it in .mcap"),
         (("ring", "--png", "no/a.png"), "make the folder first"),
         (("rings",), "ring"),

@@ -222,7 +222,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
     automaton = automaton_of(parse_formula("F a & F b"), disjoint_letters(["a", "b"]))
     roads = make_roads(arranged, automaton, np.array([costs[edge] for edge in edges]))
     traffic = build_traffic(PlanningProblem(scenes.square, scenes.antipodal(2, 0.4).robots, 12.0))
-    arguments = (roads, traffic, 0, np.array([1000.0]), np.ones(2, np.bool_), np.inf)
+    arguments = (roads, traffic, 0, np.array([1000.0, 0.0, 0.0]), np.ones(2, np.bool_), np.inf)
     counters = np.zeros(2, np.int64)
     alone = best_response(*arguments, counters)
     assert alone is not None

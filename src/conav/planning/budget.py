@@ -43,7 +43,7 @@ class Budget:
     drawn: int = 0
     iteration: int = 0
     stopped: bool = False
-    started: float = field(default_factory=time.monotonic)
+    started: float = field(default_factory=lambda: time.monotonic())
 
     def __post_init__(self) -> None:
         if self.samples is None and self.iterations is None and self.time_s is None:

@@ -80,3 +80,15 @@ def connection_radius(count: int, gamma: float, eta: float, exponent: int) -> fl
     else:
         root = math.sqrt(cube_root(share))
     return min(gamma * root, eta)
+
+
+def default_gamma(area_m2: float, extent_m: float) -> float:
+    """The least gamma of RRG in the plane and time [Karaman2011], times what the cone takes away.
+
+    gamma = 2 (1 + 1/3)^(1/3) (mu / zeta)^(1/3) with mu the measure of places and times, v t in
+    metres, and zeta the unit ball's. Of a ball only the cones of what can be reached count, a share
+    of (1 - 1/sqrt 2) / 2 on each side: gamma is larger by the cube root of its inverse, 1.9.
+    """
+    ball = 4.18879020478639
+    cone = 0.14644660940672624
+    return 2.0 * cube_root(4.0 / 3.0 * area_m2 * extent_m / ball / cone)
