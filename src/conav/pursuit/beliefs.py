@@ -3,8 +3,8 @@
 import numpy as np
 import shapely
 
-from conav.geometry.view_cells import cell_border, join_cells, view_cells
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply, shadow_numbers
+from conav.geometry.view_cells import cell_border
+from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
 from conav.pursuit.types import HiddenRegion, Schedule
 
 
@@ -28,15 +28,17 @@ def hidden_now(
     shadows: ShadowMoves, team: tuple[Point, ...], dirty: int
 ) -> tuple[HiddenRegion, ...]:
     """The shadows of a team as polygons, and whether each is clear; `dirty` as in `apply`."""
-    views = [shadows.view(point) for point in sorted(set(team))]
-    cells = view_cells(shadows.floor, views)
-    labels = join_cells(cells, cells.seen_by == 0)
+    cells, numbers = shadows.hidden(team)
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for cell, of_cell in enumerate(numbers):
+        if of_cell:
+            groups.setdefault(tuple(of_cell), []).append(cell)
     regions: list[HiddenRegion] = []
-    for label, numbers in enumerate(shadow_numbers(shadows, cells, labels, team)):
-        clear = not any(dirty >> number & 1 for number in numbers)
+    for of_group, members in groups.items():
+        clear = not any(dirty >> number & 1 for number in of_group)
         parts = [
             shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
-            for cell in np.flatnonzero(labels == label).tolist()
+            for cell in members
         ]
         whole = shapely.union_all(parts)
         for part in shapely.get_parts(whole):

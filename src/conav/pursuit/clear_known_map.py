@@ -71,9 +71,9 @@ class ClearKnownMap:
         posts: tuple[int, ...] | None = None
         expanded, size = 0, first
         while True:
-            pursuers = _team(problem, size)
+            pursuers = grown_team(problem, size)
             if posts is not None and size >= len(posts):
-                moves = _to_posts(searches[0].roadmap, _begin(searches[0], pursuers), posts)
+                moves = ways_to_posts(searches[0].roadmap, _begin(searches[0], pursuers), posts)
                 if moves is not None:
                     return _result(problem, pursuers, searches[0], moves, expanded, searches)
             for search in searches:
@@ -119,7 +119,7 @@ def _checked(problem: PursuitProblem) -> Triangulation:
     return mesh
 
 
-def _team(problem: PursuitProblem, size: int) -> tuple[Pursuer, ...]:
+def grown_team(problem: PursuitProblem, size: int) -> tuple[Pursuer, ...]:
     """The problem's pursuers, and more like the first."""
     team = list(problem.pursuers[:size])
     taken = {one.name for one in team}
@@ -137,7 +137,7 @@ def _begin(search: KnownMapSearch, pursuers: tuple[Pursuer, ...]) -> list[int]:
     return [points.index((float(one.start[0]), float(one.start[1]))) for one in pursuers]
 
 
-def _to_posts(roadmap: Roadmap, begin: list[int], posts: tuple[int, ...]) -> list[Move] | None:
+def ways_to_posts(roadmap: Roadmap, begin: list[int], posts: tuple[int, ...]) -> list[Move] | None:
     """Moves that take one pursuer to each post, by shortest ways; None where there is no way."""
     lengths = np.where(np.isfinite(roadmap.lengths), roadmap.lengths, 0.0)
     _, before = dijkstra(csr_matrix(lengths), directed=False, return_predecessors=True)

@@ -10,13 +10,20 @@ roadmap, which says nothing of other roadmaps.
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from conav.geometry.triangulation import Triangulation
 from conav.pursuit.roadmap import Roadmap
 from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
 
 Team = tuple[int, ...]  # places by number, growing: pursuers are alike
+
+
+Goal = Callable[[Team, int], bool]
 
 
 class Move(NamedTuple):
@@ -41,13 +48,14 @@ class KnownMapSearch:
 
     mesh: Triangulation
     roadmap: Roadmap
+    frontiers: NDArray[np.bool_] | None = None  # as in ShadowMoves: with them the floor is not all
     shadows: ShadowMoves = field(init=False)
     rows: dict[tuple[Team, int, int], list[int]] = field(
         default_factory=dict[tuple[Team, int, int], list[int]]
     )
 
     def __post_init__(self) -> None:
-        self.shadows = ShadowMoves(self.mesh)
+        self.shadows = ShadowMoves(self.mesh, frontiers=self.frontiers)
 
     def clear(
         self,
@@ -55,9 +63,14 @@ class KnownMapSearch:
         *,
         weight: float,
         budget: int,
+        dirty: int | None = None,
+        goal: Goal | None = None,
         on_progress: Callable[[int], bool] | None = None,
     ) -> Clearing:
         """A plan for pursuers that start at these places.
+
+        In the beginning somebody may be in all shadows, or in those of `dirty`, by bits. The plan
+        ends where `goal` says so of the places and the shadows; by default where `is_clear` does.
 
         States are taken by metres driven plus `weight` times the square root of the contaminated
         area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
@@ -65,6 +78,8 @@ class KnownMapSearch:
         """
         begin = tuple(sorted(team))
         full = (1 << self.shadows.shadows(self._points(begin)).count) - 1
+        full = full if dirty is None else dirty
+        reaches = self.is_clear if goal is None else goal
         waiting: list[tuple[float, int, float, Team, int]] = []
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
@@ -72,7 +87,7 @@ class KnownMapSearch:
         expanded = 0
         while waiting:
             _, number, cost, places, dirty = heapq.heappop(waiting)
-            if dirty == 0:
+            if reaches(places, dirty):
                 return Clearing(_moves(parents, number), False, expanded)
             known = reached.setdefault(places, [])
             if any(bits & dirty == bits and paid <= cost for bits, paid in known):
@@ -96,6 +111,19 @@ class KnownMapSearch:
                     rank = self._rank(paid, after, bits, weight)
                     heapq.heappush(waiting, (rank, len(parents) - 1, paid, after, bits))
         return Clearing(None, True, expanded)
+
+    def is_clear(self, places: Team, dirty: int) -> bool:
+        """Whether nobody is hidden on the known part of the floor: what may be is beyond it."""
+        if dirty == 0:
+            return True
+        shadows = self.shadows.shadows(self._points(places))
+        known = shadows.beyond_area
+        return dirty == shadows.beyond and known is not None and known <= self.least_area
+
+    @cached_property
+    def least_area(self) -> float:
+        """What is smaller [m^2] is due to rounding."""
+        return 1e-9 * float(np.prod(np.ptp(self.mesh.vertices, axis=0)))
 
     def _after(self, places: Team, start: int, end: int, dirty: int) -> tuple[Team, int]:
         rest = list(places)

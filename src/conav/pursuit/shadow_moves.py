@@ -9,6 +9,10 @@ of the rest, so it may pass from an old shadow to a new one only where both meet
 
 The rule leaves out what is seen in passing, so it may keep too much contaminated, never too little;
 halving the segment makes it sharper.
+
+Some walls may be frontiers: sides of what is known of a floor, with floor beyond that nobody has
+seen. All beyond is one region, which nobody sees. What is hidden and reaches a frontier hangs
+together with it. That is one shadow, `beyond`, the last by number, and it stays contaminated.
 """
 
 from dataclasses import dataclass, field
@@ -18,34 +22,43 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.triangulation import Triangulation
-from conav.geometry.view_cells import ViewCells, cell_border, join_cells, view_cells
+from conav.geometry.view_cells import NO_CELL, ViewCells, cell_border, join_cells, view_cells
 from conav.geometry.visibility import VisibilityPolygon, visibility_polygon
 
 Point = tuple[float, float]
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-_SAME = 1e-7  # of the floor's size: two rounded measures of one shadow differ by less
+BEYOND = -2  # the label of what hangs together with unknown floor
+SAME = 1e-7  # of the floor's size: two rounded measures of one shadow differ by less
 
 
 @dataclass(frozen=True)
 class Shadows:
     """The shadows of a team that stands.
 
-    Shadows are numbered in the order of their measures: area, first moments, and bounding box.
+    Shadows are numbered in the order of their measures: area, first moments, and bounding box. Where
+    there are frontiers the last one is the shadow beyond them, which has no measures.
     """
 
     measures: Floats  # (n, 7)
+    beyond_area: float | None = None  # [m^2] of what is known of the shadow beyond, if there is one
 
     @property
     def count(self) -> int:
         """How many there are."""
-        return len(self.measures)
+        return len(self.measures) + (self.beyond_area is not None)
+
+    @property
+    def beyond(self) -> int:
+        """The shadow beyond frontiers, as a bit; 0 where there is none."""
+        return 0 if self.beyond_area is None else 1 << len(self.measures)
 
     @property
     def areas(self) -> Floats:
-        """Of each [m^2]."""
-        return self.measures[:, 0]
+        """Of each [m^2]; of the shadow beyond what is known of it."""
+        known = self.measures[:, 0]
+        return known if self.beyond_area is None else np.append(known, self.beyond_area)
 
 
 @dataclass
@@ -54,6 +67,7 @@ class ShadowMoves:
 
     floor: Triangulation
     halvings: int = 3  # how often a move is halved at most where halves may tell more
+    frontiers: NDArray[np.bool_] | None = None  # (walls,) which are; None: none
     views: dict[Point, VisibilityPolygon] = field(default_factory=dict[Point, VisibilityPolygon])
     standing: dict[tuple[Point, ...], Shadows] = field(
         default_factory=dict[tuple[Point, ...], Shadows]
@@ -72,10 +86,55 @@ class ShadowMoves:
         if team not in self.standing:
             self.arrangements += 1
             cells = view_cells(self.floor, [self.view(point) for point in team])
-            labels = join_cells(cells, cells.seen_by == 0)
-            measures = _measures(cells_measures(self.floor, cells), labels)
-            self.standing[team] = Shadows(measures[np.lexsort(measures.T[::-1])])
+            labels = self._join(cells, cells.seen_by == 0)
+            each = cells_measures(self.floor, cells)
+            measures = _measures(each, labels)
+            area = None if self.frontiers is None else float(each[labels == BEYOND, 0].sum())
+            self.standing[team] = Shadows(measures[np.lexsort(measures.T[::-1])], area)
         return self.standing[team]
+
+    def hidden(self, team: tuple[Point, ...]) -> tuple[ViewCells, list[list[int]]]:
+        """The cells of a team's views, and of each the shadows that it may be part of, by number.
+
+        Cells that are seen are part of none; rounding may leave several.
+        """
+        cells = view_cells(self.floor, [self.view(point) for point in sorted(set(team))])
+        labels = self._join(cells, cells.seen_by == 0)
+        return cells, _numbers(cells_measures(self.floor, cells), labels, self.shadows(team))
+
+    def enter(self, team: tuple[Point, ...], newcomer: Point) -> list[int]:
+        """As `move`, when one more pursuer begins to look and nobody moves."""
+        cells, of_all = self.hidden((*team, newcomer))
+        places = sorted({*team, newcomer})
+        seen = sum(1 << i for i, place in enumerate(places) if place in team)
+        old = self._join(cells, cells.seen_by & np.int64(seen) == 0)
+        before = self.shadows(team)
+        of_team = _numbers(cells_measures(self.floor, cells), old, before)
+        rows = [0] * before.count
+        for olds, news in zip(of_team, of_all, strict=True):
+            for number in olds:
+                for new in news:
+                    rows[number] |= 1 << new
+        if before.beyond:
+            rows[-1] |= self.shadows((*team, newcomer)).beyond
+        return rows
+
+    def _join(self, cells: ViewCells, chosen: NDArray[np.bool_]) -> Ints:
+        """As `join_cells`; those that hang together with what is beyond frontiers get BEYOND."""
+        labels = join_cells(cells, chosen)
+        if self.frontiers is None:
+            return labels
+        at = _cells_at(
+            cells.n_cells, cells.cells, cells.following, cells.nodes, cells.node_places,
+            2 * len(cells.left), self.floor.wall_ends, self.frontiers,
+        )  # fmt: skip
+        reach = np.isin(labels, np.unique(labels[at & chosen])) & chosen
+        rest = labels >= 0
+        rest &= ~reach
+        result = np.full(len(labels), -1, np.int64)
+        result[rest] = np.unique(labels[rest], return_inverse=True)[1]
+        result[reach] = BEYOND
+        return result
 
     def move(self, others: tuple[Point, ...], a: Point, b: Point) -> list[int]:
         """For each old shadow the new ones, as bits, that an evader in it may be in afterwards.
@@ -112,10 +171,12 @@ class ShadowMoves:
             for cell in np.flatnonzero(by_a & by_b & ~by_others).tolist():
                 always[cell] = not self._hole_between(cells, cell, a, b)
         measures = cells_measures(self.floor, cells)
-        old = _numbers(measures, join_cells(cells, ~(by_others | by_a)), before)
-        new = _numbers(measures, join_cells(cells, ~(by_others | by_b)), after)
-        free = join_cells(cells, ~always)
+        old = _numbers(measures, self._join(cells, ~(by_others | by_a)), before)
+        new = _numbers(measures, self._join(cells, ~(by_others | by_b)), after)
+        free = self._join(cells, ~always)
         olds, news = _meet(free, old), _meet(free, new)
+        olds[-1] |= before.beyond
+        news[-1] |= after.beyond
         rows = [0] * before.count
         ambiguous = False
         for ins, outs in zip(olds, news, strict=True):
@@ -182,20 +243,13 @@ def _inner_point(border: Floats) -> Point | None:
     return float(point.x), float(point.y)
 
 
-def shadow_numbers(
-    moves: ShadowMoves, cells: ViewCells, labels: Ints, team: tuple[Point, ...]
-) -> list[list[int]]:
-    """For each label of cells, shape (cells,), the numbers of the team's shadow that it is."""
-    return _same_shadows(_measures(cells_measures(moves.floor, cells), labels), moves.shadows(team))
-
-
 def _same_shadows(measures: Floats, shadows: Shadows) -> list[list[int]]:
     """For rows of measures the numbers of the shadows with the same; several where in doubt."""
     scale = float(np.abs(shadows.measures).max(initial=1.0))
     found: list[list[int]] = []
     for row in measures:
         apart = np.abs(shadows.measures - row).max(axis=1)
-        close = np.flatnonzero(apart <= _SAME * scale).tolist()
+        close = np.flatnonzero(apart <= SAME * scale).tolist()
         assert shadows.count > 0, "a shadow that the standing team does not have"
         # Where rounding hides which one it is it may be any, which claims less to be clear.
         found.append(close if close else list(range(shadows.count)))
@@ -205,16 +259,20 @@ def _same_shadows(measures: Floats, shadows: Shadows) -> list[list[int]]:
 def _numbers(cell_measures: Floats, labels: Ints, shadows: Shadows) -> list[list[int]]:
     """For each cell the numbers of the standing team's shadow it is part of."""
     of_label = _same_shadows(_measures(cell_measures, labels), shadows)
-    return [of_label[label] if label >= 0 else [] for label in labels.tolist()]
+    beyond = [shadows.count - 1]
+    return [
+        of_label[label] if label >= 0 else beyond if label == BEYOND else []
+        for label in labels.tolist()
+    ]
 
 
 def _meet(components: Ints, numbers: list[list[int]]) -> list[int]:
-    """For each component the shadows it meets, as bits."""
-    bits = [0] * (int(components.max(initial=-1)) + 1)
+    """For each component the shadows it meets, as bits; last for the one beyond frontiers."""
+    bits = [0] * (int(components.max(initial=-1)) + 2)
     for component, of_cell in zip(components.tolist(), numbers, strict=True):
-        if component >= 0:
+        if component != NO_CELL:
             for number in of_cell:
-                bits[component] |= 1 << number
+                bits[-1 if component == BEYOND else component] |= 1 << number
     return bits
 
 
@@ -296,3 +354,30 @@ def _add_side(
     row[4] = min(row[4], ay)
     row[5] = min(row[5], -ax)
     row[6] = min(row[6], -ay)
+
+
+@kernel
+def _cells_at(
+    count: int, cells: Ints, following: Ints, nodes: Ints, places: Ints, along_rings: int,
+    wall_ends: Ints, chosen: NDArray[np.bool_],
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Which cells have a piece of a chosen wall on their border."""
+    out = np.zeros(count, np.bool_)
+    if cells.shape[0] == 0:
+        out[0] = chosen.any()
+    for h in range(along_rings, cells.shape[0]):
+        node, after = nodes[h], nodes[following[h]]
+        wall = places[node] // 2
+        end = places[after]
+        if places[node] % 2 == 0:
+            here = end == places[node] + 1
+        else:
+            here = end == places[node] and node < after
+        out[cells[h]] |= chosen[wall]
+        while not here:
+            wall = wall_ends[wall]
+            if end == 2 * wall:
+                break
+            out[cells[h]] |= chosen[wall]
+            here = end == 2 * wall + 1
+    return out

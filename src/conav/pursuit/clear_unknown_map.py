@@ -1,0 +1,221 @@
+"""Clearing a floor nobody gave the team: exploration and pursuit in turn [Pellier2005].
+
+Algorithm 1 goes to unexplored vertices by shortest ways. Algorithm 2 clears the known part and goes
+on exploring. What is known of a floor may need more pursuers than the whole, so the team grows only
+when all is explored, where the paper adds one at once. Then the search of `clear_known_map` goes on
+from where pursuers stand and with what they know to be clear; newcomers enter where the first did.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from conav.errors import InputError
+from conav.geometry.sight_lines import sees
+from conav.pursuit.clear_known_map import LARGEST, grown_team, ways_to_posts
+from conav.pursuit.guard_posts import guard_posts
+from conav.pursuit.known_map import KnownMapSearch, Move
+from conav.pursuit.navigation_graph import walking_distances, way_to
+from conav.pursuit.roadmap import make_roadmap
+from conav.pursuit.sensor import Point, Sensor
+from conav.pursuit.sweep import Sweep
+from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
+from conav.status import Status
+
+OnProgress = Callable[[int, int], bool]
+"""Told how many pursuers there are and how many states were expanded; False ends it."""
+
+
+@dataclass(frozen=True)
+class ClearUnknownMap:
+    """Exploration and pursuit in turn, until nothing is unexplored and nothing contaminated."""
+
+    edb: int | Literal["unlimited"] = 1
+    """How many vertices are explored between two pursuits, the exploration depth bound; unlimited
+    explores everything first."""
+    places: Literal["auto", "vertices", "all"] = "auto"
+    """As for known floors, once all is explored; before that, critical vertices."""
+    weight: float = 3.0
+    """Metres that the square root of a contaminated square metre counts for."""
+    budget: int = 2000
+    """States expanded for each team size and roadmap when all is explored."""
+    partial_budget: int = 200
+    """States expanded in each pursuit before that."""
+
+    def __post_init__(self) -> None:
+        if self.edb != "unlimited" and self.edb < 1:
+            raise ValueError(f"edb is {self.edb}; give 1 or more, or unlimited")
+        if not 0.0 <= self.weight < float("inf"):
+            raise ValueError(f"weight is {self.weight:g}; give 0 or more")
+        if self.budget < 1 or self.partial_budget < 1:
+            raise ValueError("a budget is below 1; give 1 or more")
+
+    def solve(
+        self, problem: PursuitProblem, on_progress: OnProgress | None = None
+    ) -> PursuitResult:
+        """What the team did, and what came of it.
+
+        Raises `InputError` for limited range or reach and for a start off the floor.
+        """
+        run = _Run(self, problem, on_progress)
+        while not run.sweep.survey.complete:
+            run.explore()
+            if not run.sweep.survey.complete:
+                run.pursue()
+        return run.finish()
+
+
+class _Run:
+    def __init__(
+        self, method: ClearUnknownMap, problem: PursuitProblem, on_progress: OnProgress | None
+    ) -> None:
+        for one in problem.pursuers:
+            if one.range_m is not None or one.reach_m is not None:
+                raise InputError(
+                    f"pursuer {one.name!r}",
+                    "has a limited range or reach, which this method does not plan for",
+                    "leave both out",
+                )
+        self.method, self.problem, self.told = method, problem, on_progress
+        sensor = Sensor(problem.floor)
+        for one in problem.pursuers:
+            if len(sensor.look((float(one.start[0]), float(one.start[1]))).corners) == 0:
+                x, y = one.start
+                raise InputError(
+                    f"pursuer {one.name!r}", f"starts at ({x:g}, {y:g}), off the floor", "move it"
+                )
+        self.sensor = sensor
+        self.sweep = Sweep(sensor, problem.pursuers)
+        self.explored = 0
+        self.pursuits = 0
+        self.expanded = 0
+        self.arrangements = 0
+
+    def explore(self) -> None:
+        """Go to the nearest unexplored vertex, by who is nearest, up to `edb` times."""
+        edb = self.method.edb
+        count = 0
+        while not self.sweep.survey.complete and (edb == "unlimited" or count < edb):
+            count += 1
+            self.explored += 1
+            self._to_nearest(self.sweep.survey.unexplored())
+
+    def _to_nearest(self, targets: tuple[Point, ...]) -> None:
+        graph = self.sweep.search.roadmap
+        ends = [graph.points.index(target) for target in targets]
+        best: tuple[float, int, list[int]] | None = None
+        for i, start in enumerate(self.sweep.numbers()):
+            metres, before = walking_distances(graph, start)
+            end = min(ends, key=lambda one: (float(metres[one]), one))
+            if best is None or metres[end] < best[0]:
+                best = float(metres[end]), i, way_to(before, start, end)
+        assert best is not None
+        for place in [graph.points[number] for number in best[2][1:]]:
+            self.sweep.drive(best[1], place)
+
+    def pursue(self) -> None:
+        """Clear the known part of the floor where a way to do it is found."""
+        sweep = self.sweep
+        found = sweep.search.clear(
+            sweep.numbers(),
+            weight=self.method.weight,
+            budget=self.method.partial_budget,
+            dirty=sweep.dirty,
+        )
+        self.expanded += found.expanded
+        if found.moves:
+            self.pursuits += 1
+            self._make(sweep.search, found.moves)
+
+    def _make(self, search: KnownMapSearch, moves: tuple[Move, ...] | list[Move]) -> None:
+        for start, end in [(search.roadmap.points[a], search.roadmap.points[b]) for a, b in moves]:
+            self.sweep.drive(self.sweep.team.index(start), end)
+
+    def finish(self) -> PursuitResult:
+        """Clear the floor, of which everything is known, with as few newcomers as are found."""
+        sweep, method, problem = self.sweep, self.method, self.problem
+        if sweep.done:
+            return self._result(Status.DONE, "")
+        first = len(sweep.pursuers)
+        gate = (float(problem.pursuers[0].start[0]), float(problem.pursuers[0].start[1]))
+        searches: list[KnownMapSearch] = []
+        for middles in (False, True):
+            if method.places in ("auto", "all" if middles else "vertices"):
+                floor, mesh = sweep.survey.known, sweep.survey.mesh
+                roadmap = make_roadmap(floor, mesh, (gate, *sweep.team), middles=middles)
+                searches.append(KnownMapSearch(mesh, roadmap))
+        posts: tuple[int, ...] | None = None
+        for size in range(first, LARGEST + 1):
+            pursuers = grown_team(problem, size)
+            newcomers = pursuers[first:]
+            if posts is not None and size >= len(posts):
+                begin = [
+                    *sweep.numbers(),
+                    *[searches[0].roadmap.points.index(gate)] * len(newcomers),
+                ]
+                moves = ways_to_posts(searches[0].roadmap, begin, posts)
+                if moves is not None:
+                    return self._carry_out(searches[0], newcomers, moves)
+            for search in searches:
+                sweep.use(search)
+                found = search.clear(
+                    [*sweep.numbers(), *[search.roadmap.points.index(gate)] * len(newcomers)],
+                    weight=method.weight,
+                    budget=method.budget,
+                    dirty=sweep.dirty_with(*[gate] * len(newcomers)),
+                    on_progress=lambda count, size=size: (
+                        self.told is None or self.told(size, count)
+                    ),
+                )
+                self.expanded += found.expanded
+                if found.moves is not None:
+                    return self._carry_out(search, newcomers, found.moves)
+                if not found.exhausted and found.expanded < method.budget:
+                    return self._result(Status.OUT_OF_BUDGET, "it was stopped")
+            if problem.most is not None and size >= problem.most:
+                break
+            if size == first:
+                posts = guard_posts(searches[0].roadmap, searches[0].shadows)
+        word = "pursuer" if size == 1 else "pursuers"
+        reason = (
+            f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
+        )
+        return self._result(Status.OUT_OF_BUDGET, reason)
+
+    def _carry_out(
+        self,
+        search: KnownMapSearch,
+        newcomers: tuple[Pursuer, ...],
+        moves: tuple[Move, ...] | list[Move],
+    ) -> PursuitResult:
+        self.sweep.use(search)
+        for one in newcomers:
+            self.sweep.enter(one)
+        self._make(search, moves)
+        if not self.sweep.done:
+            return self._result(Status.OUT_OF_BUDGET, "the last plan did not clear the floor")
+        return self._result(Status.DONE, "")
+
+    def _result(self, status: Status, reason: str) -> PursuitResult:
+        sweep = self.sweep
+        return PursuitResult(
+            status,
+            reason,
+            sweep.schedule(),
+            tuple(sweep.pursuers),
+            lower_bound=1,
+            minimal_proved=status is Status.DONE and len(sweep.pursuers) == 1,
+            counters={
+                "moves": sweep.legs,
+                "explored": self.explored,
+                "pursuits": self.pursuits,
+                "recontaminations": sweep.recontaminations,
+                "expanded": self.expanded,
+                "looks": self.sensor.looks,
+                "critical_vertices": len(sweep.survey.critical),
+            },
+            beliefs=sweep.beliefs,
+            history=tuple(sweep.history),
+        )
