@@ -71,7 +71,9 @@ def test_where_everything_is_seen_nobody_moves() -> None:
         team = (Pursuer("one", (0.5, 0.5)),)
         result = ClearKnownMap().solve(PursuitProblem(floor, team))
         assert result.status == "done"
-        assert len(result.schedule.active) == 0
+        assert result.counters["moves"] == 0
+        assert result.schedule.distance_m == 0.0
+        assert verdict(floor, result) == "captured"
 
 
 def test_too_few_pursuers_are_told() -> None:
@@ -229,7 +231,7 @@ def test_progress_may_end_it() -> None:
 
 
 def test_settings() -> None:
-    method = make_clearing({"weight": "0", "budget": "7"})
+    method = make_clearing({"weight": "0", "budget": "7"}, ClearKnownMap)
     assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7}
     for bad, words in (
         ({"wieght": 1}, "did you mean weight"),
@@ -238,7 +240,7 @@ def test_settings() -> None:
         ({"weight": -1}, "0 or more"),
     ):
         with pytest.raises(InputError, match=words):
-            make_clearing(bad)
+            make_clearing(bad, ClearKnownMap)
 
 
 def test_searches_that_end_say_so() -> None:

@@ -21,14 +21,17 @@ def pursue(
     pursuers: str = "auto",
     start: str | None = None,
     speed: float = 1.0,
+    unknown: Annotated[bool, Parameter(negative="")] = False,
+    edb: str | None = None,
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     resolution: float | None = None,
     out: Path | None = None,
     png: Path | None = None,
+    after: int | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     quiet: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Clear a known floor so that nobody hidden on it can slip away, however fast.
+    """Clear a floor so that nobody hidden on it can slip away, however fast.
 
     The verifier then decides, with code of its own, whether somebody could have.
 
@@ -42,6 +45,11 @@ def pursue(
         Where they start, as x,y [m]. Default: in the middle of a piece of the floor.
     speed
         Top speed of a pursuer [m/s].
+    unknown
+        The pursuers know nothing of the floor but what they have seen.
+    edb
+        With --unknown: how many vertices are explored between two pursuits, or unlimited: explore
+        everything, then clear. Default: 3.
     set
         A setting of the search, name=value; may be repeated.
     resolution
@@ -49,7 +57,9 @@ def pursue(
     out
         Write the run to this .mcap file (read by conav verify and by ROS 2 tools).
     png
-        Draw the floor and the pursuers' ways to this file.
+        Draw the floor, the pursuers' ways and what is contaminated to this file.
+    after
+        With --png: draw the state after so many drives. Default: the end.
     json
         Print one JSON object instead of the summary.
     quiet
@@ -63,23 +73,31 @@ def pursue(
             raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
         if path is not None and not path.parent.is_dir():
             raise InputError(path, "lies in a folder that does not exist", "make the folder first")
+    if edb is not None and not unknown:
+        raise InputError(f"edb {edb!r}", "is for floors that are not known", "add --unknown")
+    if after is not None and png is None:
+        raise InputError(f"after {after}", "is for pictures", "add --png")
 
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.read_floor_plan import FloorPlanReading
-    from conav.pursuit.clear_known_map import make_clearing, settings_of
+    from conav.pursuit.clear_known_map import ClearKnownMap, make_clearing, settings_of
+    from conav.pursuit.clear_unknown_map import ClearUnknownMap
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
     from conav.pursuit.types import Pursuer, PursuitProblem
     from conav.pursuit.verify import verify_schedule
 
-    method = make_clearing(dict(parse_settings(set or [])))
+    settings = dict(parse_settings(set or []))
+    if edb is not None:
+        settings["edb"] = edb
+    method = make_clearing(settings, ClearUnknownMap if unknown else ClearKnownMap)
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
     at = default_start(floor) if start is None else _point(start)
     team = tuple(Pursuer(f"pursuer_{number}", at, speed) for number in range(1, (size or 1) + 1))
-    problem = PursuitProblem(floor, team, most=size, name=floor.name)
+    problem = PursuitProblem(floor, team, known=not unknown, most=size, name=floor.name)
     if not quiet and not compiled_before():
         print(
             "conav: compiling the kernels; this happens once and takes up to a minute",
@@ -99,7 +117,7 @@ def pursue(
                 run,
                 problem,
                 result,
-                method="known-map",
+                method="unknown-map" if unknown else "known-map",
                 settings=settings_of(method),
                 seed=0,
                 compute_s=compute_s,
@@ -111,20 +129,24 @@ def pursue(
 
             read = read_run(run)
             assert isinstance(read, PursuitRun)
-            save_pursuit_still(read, png, None if found is None else found.escape)
+            escape = None if found is None else found.escape
+            save_pursuit_still(read, png, escape, after=after)
     schedule = result.schedule
     summary: dict[str, Any] = {
         "job": "pursue",
         "floorplan": floor.name,
+        "known": not unknown,
         "status": str(result.status),
         "reason": result.reason,
         "pursuers": len(result.pursuers),
         "lower_bound": result.lower_bound,
         "minimal_proved": result.minimal_proved,
         "verdict": None if found is None else str(found.verdict),
-        "moves": len(schedule.active),
+        "moves": result.counters.get("moves", 0),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
+        "explored": result.explored,
+        "recontaminations": result.recontaminations,
         "expanded": result.counters.get("expanded", 0),
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
@@ -174,6 +196,11 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
             f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
         )
+        if summary["explored"] is not None:
+            print(
+                f"  {100 * summary['explored']:.4g}% explored, contaminated again after "
+                f"{summary['recontaminations']} drives"
+            )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")
         else:

@@ -1,6 +1,5 @@
 """What a team that follows a schedule may take for clear, for the run file and for pictures."""
 
-import numpy as np
 import shapely
 
 from conav.geometry.view_cells import cell_border

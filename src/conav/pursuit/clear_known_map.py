@@ -10,7 +10,7 @@ import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -26,6 +26,11 @@ from conav.pursuit.roadmap import Roadmap, make_roadmap
 from conav.pursuit.schedule import schedule_of
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult, Schedule
 from conav.status import Status
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 OnProgress = Callable[[int, int], bool]
 """Told how many pursuers are tried and how many states were expanded for them; False ends it."""
@@ -199,26 +204,26 @@ def _nothing(
     )
 
 
-def make_clearing(settings: Mapping[str, object]) -> ClearKnownMap:
-    """The method with these settings; text is read as the setting's type.
+def make_clearing(settings: Mapping[str, object], method: type[T]) -> T:
+    """A method with these settings; text is read as the setting's type.
 
     Raises `InputError` for a misspelt setting or a value that is not allowed.
     """
     from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-    names = [item.name for item in fields(ClearKnownMap)]
+    names = [item.name for item in fields(method)]
     for key in settings:
         if key not in names:
             near = difflib.get_close_matches(key, names, n=1)
             hint = f"did you mean {near[0]}?" if near else "the settings: " + ", ".join(names)
             raise InputError(f"setting {key!r}", "is not known", hint)
-    cls: Any = ClearKnownMap
+    cls: Any = method
     cls.__pydantic_config__ = ConfigDict(extra="forbid")
     try:
-        return cast("ClearKnownMap", TypeAdapter(cls).validate_python(dict(settings)))
+        return cast("T", TypeAdapter(cls).validate_python(dict(settings)))
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
+        key = str(first["loc"][0]) if first["loc"] else ""
         raise InputError(
             f"setting {key!r}" if key else "settings",
             f"got {first['input']!r}: {first['msg'].removeprefix('Value error, ')}",
@@ -226,6 +231,6 @@ def make_clearing(settings: Mapping[str, object]) -> ClearKnownMap:
         ) from None
 
 
-def settings_of(method: ClearKnownMap) -> dict[str, object]:
+def settings_of(method: "DataclassInstance") -> dict[str, object]:
     """All settings, defaults included, by name."""
     return {item.name: getattr(method, item.name) for item in fields(method)}

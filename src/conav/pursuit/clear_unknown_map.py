@@ -10,10 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from conav.errors import InputError
-from conav.geometry.sight_lines import sees
 from conav.pursuit.clear_known_map import LARGEST, grown_team, ways_to_posts
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch, Move
@@ -32,23 +29,28 @@ OnProgress = Callable[[int, int], bool]
 class ClearUnknownMap:
     """Exploration and pursuit in turn, until nothing is unexplored and nothing contaminated."""
 
-    edb: int | Literal["unlimited"] = 1
+    edb: int | Literal["unlimited"] = 3
     """How many vertices are explored between two pursuits, the exploration depth bound; unlimited
     explores everything first."""
+    care: float = 1.0
+    """Metres that the square root of a known contaminated square metre counts for when the team
+    chooses what to explore next and by which way; 0 takes the nearest vertex by the shortest way,
+    as Algorithm 1 does, and so does edb unlimited."""
     places: Literal["auto", "vertices", "all"] = "auto"
     """As for known floors, once all is explored; before that, critical vertices."""
     weight: float = 3.0
     """Metres that the square root of a contaminated square metre counts for."""
     budget: int = 2000
     """States expanded for each team size and roadmap when all is explored."""
-    partial_budget: int = 200
-    """States expanded in each pursuit before that."""
+    partial_budget: int = 500
+    """Drives judged in each search before that, for a pursuit or for the next vertex."""
 
     def __post_init__(self) -> None:
         if self.edb != "unlimited" and self.edb < 1:
             raise ValueError(f"edb is {self.edb}; give 1 or more, or unlimited")
-        if not 0.0 <= self.weight < float("inf"):
-            raise ValueError(f"weight is {self.weight:g}; give 0 or more")
+        for name in ("care", "weight"):
+            if not 0.0 <= getattr(self, name) < float("inf"):
+                raise ValueError(f"{name} is {getattr(self, name):g}; give 0 or more")
         if self.budget < 1 or self.partial_budget < 1:
             raise ValueError("a budget is below 1; give 1 or more")
 
@@ -91,7 +93,6 @@ class _Run:
         self.explored = 0
         self.pursuits = 0
         self.expanded = 0
-        self.arrangements = 0
 
     def explore(self) -> None:
         """Go to the nearest unexplored vertex, by who is nearest, up to `edb` times."""
@@ -100,7 +101,29 @@ class _Run:
         while not self.sweep.survey.complete and (edb == "unlimited" or count < edb):
             count += 1
             self.explored += 1
-            self._to_nearest(self.sweep.survey.unexplored())
+            targets = self.sweep.survey.unexplored()
+            if edb == "unlimited" or self.method.care == 0.0 or not self._with_care(targets):
+                self._to_nearest(targets)
+
+    def _with_care(self, targets: tuple[Point, ...]) -> bool:
+        """Go to one of these so that little is contaminated afterwards; False if no way is found.
+
+        Ways are taken by metres driven plus `care` times the square root of the known
+        contaminated area.
+        """
+        sweep = self.sweep
+        ends = {sweep.search.roadmap.points.index(target) for target in targets}
+        found = sweep.search.clear(
+            sweep.numbers(),
+            weight=self.method.care,
+            drives=self.method.partial_budget,
+            dirty=sweep.dirty,
+            goal=lambda places, _: not ends.isdisjoint(places),
+        )
+        self.expanded += found.expanded
+        if found.moves:
+            self._make(sweep.search, found.moves)
+        return bool(found.moves)
 
     def _to_nearest(self, targets: tuple[Point, ...]) -> None:
         graph = self.sweep.search.roadmap
@@ -121,7 +144,7 @@ class _Run:
         found = sweep.search.clear(
             sweep.numbers(),
             weight=self.method.weight,
-            budget=self.method.partial_budget,
+            drives=self.method.partial_budget,
             dirty=sweep.dirty,
         )
         self.expanded += found.expanded
@@ -137,6 +160,8 @@ class _Run:
         """Clear the floor, of which everything is known, with as few newcomers as are found."""
         sweep, method, problem = self.sweep, self.method, self.problem
         if sweep.done:
+            if sweep.legs == 0:
+                sweep.stand()
             return self._result(Status.DONE, "")
         first = len(sweep.pursuers)
         gate = (float(problem.pursuers[0].start[0]), float(problem.pursuers[0].start[1]))
@@ -147,7 +172,8 @@ class _Run:
                 roadmap = make_roadmap(floor, mesh, (gate, *sweep.team), middles=middles)
                 searches.append(KnownMapSearch(mesh, roadmap))
         posts: tuple[int, ...] | None = None
-        for size in range(first, LARGEST + 1):
+        size = first
+        while True:
             pursuers = grown_team(problem, size)
             newcomers = pursuers[first:]
             if posts is not None and size >= len(posts):
@@ -174,10 +200,11 @@ class _Run:
                     return self._carry_out(search, newcomers, found.moves)
                 if not found.exhausted and found.expanded < method.budget:
                     return self._result(Status.OUT_OF_BUDGET, "it was stopped")
-            if problem.most is not None and size >= problem.most:
+            if size >= LARGEST or (problem.most is not None and size >= problem.most):
                 break
             if size == first:
                 posts = guard_posts(searches[0].roadmap, searches[0].shadows)
+            size += 1
         word = "pursuer" if size == 1 else "pursuers"
         reason = (
             f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
@@ -194,6 +221,8 @@ class _Run:
         for one in newcomers:
             self.sweep.enter(one)
         self._make(search, moves)
+        if not moves:
+            self.sweep.stand()
         if not self.sweep.done:
             return self._result(Status.OUT_OF_BUDGET, "the last plan did not clear the floor")
         return self._result(Status.DONE, "")
@@ -208,14 +237,15 @@ class _Run:
             lower_bound=1,
             minimal_proved=status is Status.DONE and len(sweep.pursuers) == 1,
             counters={
-                "moves": sweep.legs,
-                "explored": self.explored,
+                "moves": sweep.drives,
+                "explored_vertices": self.explored,
                 "pursuits": self.pursuits,
-                "recontaminations": sweep.recontaminations,
                 "expanded": self.expanded,
                 "looks": self.sensor.looks,
                 "critical_vertices": len(sweep.survey.critical),
             },
+            explored=sweep.survey.known.area / self.problem.floor.area,
+            recontaminations=sweep.recontaminations,
             beliefs=sweep.beliefs,
             history=tuple(sweep.history),
         )

@@ -62,7 +62,8 @@ class KnownMapSearch:
         team: Sequence[int],
         *,
         weight: float,
-        budget: int,
+        budget: int | None = None,
+        drives: int | None = None,
         dirty: int | None = None,
         goal: Goal | None = None,
         on_progress: Callable[[int], bool] | None = None,
@@ -74,7 +75,8 @@ class KnownMapSearch:
 
         States are taken by metres driven plus `weight` times the square root of the contaminated
         area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
-        `budget` limits the states expanded; so does `on_progress`, told how many were, by False.
+        `budget` limits the states expanded, `drives` the drives judged that were not before; so
+        does `on_progress`, told how many states were expanded, by False.
         """
         begin = tuple(sorted(team))
         full = (1 << self.shadows.shadows(self._points(begin)).count) - 1
@@ -84,7 +86,7 @@ class KnownMapSearch:
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
         heapq.heappush(waiting, (self._rank(0.0, begin, full, weight), 0, 0.0, begin, full))
-        expanded = 0
+        expanded, judged = 0, len(self.rows)
         while waiting:
             _, number, cost, places, dirty = heapq.heappop(waiting)
             if reaches(places, dirty):
@@ -94,8 +96,10 @@ class KnownMapSearch:
                 continue
             known[:] = [one for one in known if not (one[0] & dirty == dirty and one[1] >= cost)]
             known.append((dirty, cost))
-            if expanded >= budget or (
-                on_progress is not None and expanded % 64 == 0 and not on_progress(expanded)
+            if (
+                expanded == budget
+                or (drives is not None and len(self.rows) - judged >= drives)
+                or (on_progress is not None and expanded % 64 == 0 and not on_progress(expanded))
             ):
                 return Clearing(None, False, expanded)
             expanded += 1

@@ -30,9 +30,9 @@ def walking_distances(graph: Roadmap, start: int) -> tuple[NDArray[np.float64], 
     """
     lengths = np.where(np.isfinite(graph.lengths), graph.lengths, 0.0)
     metres, before = dijkstra(
-        csr_matrix(lengths), directed=False, indices=start, return_predecessors=True
+        csr_matrix(lengths), directed=False, indices=[start], return_predecessors=True
     )
-    return metres, before.astype(np.int64)
+    return metres[0], before[0].astype(np.int64)
 
 
 def way_to(before: NDArray[np.int64], start: int, end: int) -> list[int]:

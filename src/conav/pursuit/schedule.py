@@ -14,7 +14,8 @@ def schedule_of(
 ) -> Schedule:
     """The schedule in which pursuers make these moves one after the other, at top speed.
 
-    A move from a place is made by the first pursuer there. Everybody sees all the time.
+    A move from a place is made by the first pursuer there. Everybody sees all the time; without
+    moves, in a moment.
     """
     at = np.array([one.start for one in pursuers], dtype=np.float64)
     positions, times = [at.copy()], [0.0]
@@ -25,5 +26,8 @@ def schedule_of(
         at[mover] = end
         positions.append(at.copy())
         times.append(times[-1] + length / pursuers[mover].speed_mps)
-    active = np.ones((len(moves), len(pursuers)), np.bool_)
+    if not moves:
+        positions.append(at.copy())
+        times.append(0.0)
+    active = np.ones((len(times) - 1, len(pursuers)), np.bool_)
     return Schedule(np.array(times), np.array(positions), active)

@@ -37,8 +37,8 @@ SAME = 1e-7  # of the floor's size: two rounded measures of one shadow differ by
 class Shadows:
     """The shadows of a team that stands.
 
-    Shadows are numbered in the order of their measures: area, first moments, and bounding box. Where
-    there are frontiers the last one is the shadow beyond them, which has no measures.
+    Shadows are numbered in the order of their measures: area, first moments, and bounding box.
+    Where there are frontiers the last one is the shadow beyond them, which has no measures.
     """
 
     measures: Floats  # (n, 7)

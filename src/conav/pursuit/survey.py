@@ -162,7 +162,7 @@ def _rings(
     parts = [part for part in shapely.get_parts(whole) if isinstance(part, shapely.Polygon)]
     largest = shapely.geometry.polygon.orient(max(parts, key=shapely.area), 1.0)
     names = list(labels)
-    tree = shapely.STRtree(shapely.points(np.array(names)))
+    tree = shapely.STRtree([shapely.Point(point) for point in names])
     rings: list[Ring] = []
     for line in (largest.exterior, *largest.interiors):
         at = shapely.get_coordinates(line)[:-1]

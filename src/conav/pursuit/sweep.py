@@ -6,6 +6,7 @@ too, and a larger survey has it again, by its measures; all others are contamina
 judged after it was made, with what was seen at its end, where less of the floor is unknown.
 """
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from conav.pursuit.known_map import KnownMapSearch
 from conav.pursuit.navigation_graph import navigation_graph
 from conav.pursuit.sensor import Point, Sensor
 from conav.pursuit.shadow_moves import SAME, ShadowMoves, Shadows, apply
-from conav.pursuit.survey import Survey, begin_survey
+from conav.pursuit.survey import begin_survey
 from conav.pursuit.types import HiddenRegion, Pursuer, Schedule
 
 
@@ -44,8 +45,13 @@ class Sweep:
 
     @property
     def legs(self) -> int:
-        """How many drives were made."""
+        """How many drives were made, and looks without one."""
         return len(self._times) - 1
+
+    @property
+    def drives(self) -> int:
+        """Legs in which somebody moved."""
+        return sum(a != b for a, b in pairwise(self._times))
 
     @property
     def done(self) -> bool:
@@ -84,6 +90,12 @@ class Sweep:
         again = shapely.difference(shapely.intersection(self._contaminated, known_before), before)
         if shapely.area(again) > 1e-6 * self.survey.known.area:
             self.recontaminations += 1
+
+    def stand(self) -> None:
+        """Everybody looks where it stands, in no time: a leg for those who never drive."""
+        self._times.append(self._times[-1])
+        self._rows.append(list(self.team))
+        self.beliefs[self.legs - 1] = hidden_now(self.search.shadows, tuple(self.team), self.dirty)
 
     def enter(self, newcomer: Pursuer) -> None:
         """One more pursuer comes in, at a place that was visited, and looks."""

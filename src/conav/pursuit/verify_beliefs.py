@@ -19,6 +19,7 @@ Flags = NDArray[np.bool_]
 
 PART = 0.01  # of a contaminated region that a belief may leave out: outlines are drawn by eye
 LEAST_M = 0.001  # [m] and a square of this size
+NEAR = 2  # [grid steps] what is nearer to a contaminated region counts as covered: all was rounded
 
 
 def check_beliefs(
@@ -85,6 +86,7 @@ def _left_out(
 ) -> Flags:
     """Which shadows after a motion a belief does not call contaminated, or not all of it."""
     contaminated = shapely.union_all([_polygon(one, stepper) for one in regions if not one.clear])
+    contaminated = shapely.buffer(contaminated, NEAR * PARTS, quad_segs=2)
     least = (LEAST_M / stepper.lattice.grid_m * PARTS) ** 2
     flags = np.zeros(step.regions.n_new, dtype=np.bool_)
     for number in range(step.regions.n_new):
