@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterable
-from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -67,11 +66,12 @@ def save_pursuit_still(
             canvas.line(segment, _FRONTIER, 3.0)
     _ways(canvas, legs, len(names))
     if escape is not None:
+        dark = page_colour(TEXT)
         for dash in _dashes(escape.places, 12.0 / canvas.pixels_per_m):
-            canvas.line(dash, page_colour(TEXT), 2.0)
+            canvas.line(dash, dark, 2.0)
         (x, y), r = escape.places[0].tolist(), 6.0 / canvas.pixels_per_m
         for turn in (1.0, -1.0):
-            canvas.line([(x - r, y - turn * r), (x + r, y + turn * r)], page_colour(TEXT), 2.0)
+            canvas.line([(x - r, y - turn * r), (x + r, y + turn * r)], dark, 2.0)
     canvas.footer(_words(run, plan.name, count, survey))
     canvas.save(path)
 
@@ -122,13 +122,8 @@ def _area(ring: NDArray[np.float64]) -> float:
 
 def _dashes(way: NDArray[np.float64], length: float) -> Iterable[NDArray[np.float64]]:
     """Every other piece of that length along a way."""
-    done = 0.0
-    for a, b in pairwise(way):
-        whole = float(np.hypot(*(b - a)))
-        at = 0.0
-        while at < whole:
-            step = min(length - done % length, whole - at)
-            if int(done // length) % 2 == 0:
-                yield np.array([a + at / whole * (b - a), a + (at + step) / whole * (b - a)])
-            at += step
-            done += step
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
+    for k in range(0, int(along[-1] / length) + 1, 2):
+        begin, end = k * length, min((k + 1) * length, float(along[-1]))
+        at = np.array([begin, *along[(along > begin) & (along < end)], end])
+        yield np.stack([np.interp(at, along, way[:, i]) for i in range(2)], axis=1)
