@@ -12,6 +12,9 @@ assigned and, until a robot is told, to what is nearest; the rest is everything 
 played twice, as the first also loads the kernels; `--repeat` plays it more often, and the medians
 over the repetitions are shown with the lowest and the highest. `run` is a hash of all that the
 robots did: equal hashes are equal runs.
+
+Above every table stands what a fixed piece of work took just before it, compiled and in Python: by
+that, tables of different days and machines can be compared.
 """
 
 import argparse
@@ -27,8 +30,10 @@ from time import perf_counter, perf_counter_ns, thread_time_ns
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import conav
+from conav.compiled import kernel
 from conav.exploration import repeated_auction, team_assignment
 from conav.exploration.catalogue import make_strategy
 from conav.exploration.types import Action, ExplorationProblem, Strategy, TeamView
@@ -243,7 +248,50 @@ def measure(grid: Any, name: str, repeat: int, warm: bool, **options: Any) -> di
     }
 
 
+@kernel
+def reference_work(table: NDArray[np.int32]) -> int:
+    """A sum of 2^20 entries of a table of 2^20, in an order without a pattern for a cache."""
+    mask = table.shape[0] - 1
+    total = 0
+    at = 1
+    for _ in range(table.shape[0]):
+        at = (at * 1664525 + 1013904223) & mask
+        if table[at] & 1:
+            total += table[at]
+        else:
+            total -= 1
+    return total
+
+
+def reference_work_in_python() -> int:
+    """A sum over 50,000 turns of a loop with a table of 1,000 entries."""
+    table = {index: index * index % 1009 for index in range(1000)}
+    total = 0
+    for index in range(50_000):
+        total += table[index % 1000] if index & 1 else -len(str(index))
+    return total
+
+
+def calibration(repeat: int = 15) -> str:
+    """What fixed work takes on this machine at this moment, in a line."""
+    table = (np.arange(1 << 20, dtype=np.int64) * 48271 % 65537).astype(np.int32)
+    reference_work(table)
+    cells: list[str] = []
+    for name, work in (
+        ("compiled", lambda: reference_work(table)),
+        ("Python", reference_work_in_python),
+    ):
+        took: list[float] = []
+        for _ in range(repeat):
+            start = now_ns()
+            work()
+            took.append((now_ns() - start) / 1e6)
+        cells.append(f"{name} {median(took):.2f} ({min(took):.2f} to {max(took):.2f})")
+    return f"Fixed work of reference: {', '.join(cells)} ms."
+
+
 def print_head(first: str) -> None:
+    print(f"{calibration()}\n")
     print(f"| {first} | steps | rounds | {' | '.join(COLUMNS)} | run |")
     print("|" + "---|" * (len(COLUMNS) + 4))
 
@@ -268,6 +316,7 @@ def built_in(name: str, side: int) -> OccupancyGrid:
 
 def big(robots: int, side: int, names: Sequence[str], cell_m: float | None, strategy: str) -> None:
     """Whole runs of many robots on a large map, and where their time goes."""
+    print(f"\n{calibration()}\n")
     for name in names:
         radius = 0.035 if cell_m is not None else 0.1
         options = {"robots": robots, "cell_m": cell_m, "radius_m": radius, "seed": 1}

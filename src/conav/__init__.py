@@ -41,10 +41,12 @@ if TYPE_CHECKING:
         read_run,
         repair_run,
     )
+    from conav.simulation.execution import Execution, execute
     from conav.simulation.explore import Exploration, explore
     from conav.status import Status
 
 _PUBLIC = {
+    "Execution": "conav.simulation.execution",
     "Exploration": "conav.simulation.explore",
     "InputError": "conav.errors",
     "OccupancyGrid": "conav.maps.occupancy_grid",
@@ -55,6 +57,7 @@ _PUBLIC = {
     "Region": "conav.planning.types",
     "Status": "conav.status",
     "builtin_map": "conav.maps.builtin.catalogue",
+    "execute": "conav.simulation.execution",
     "explore": "conav.simulation.explore",
     "load_floor_plan": "conav.maps.load_floor_plan",
     "load_scene": "conav.planning.load_scene",
@@ -83,6 +86,7 @@ _PUBLIC = {
 __version__ = "0.1.0"
 
 __all__ = [
+    "Execution",
     "Exploration",
     "InputError",
     "OccupancyGrid",
@@ -94,6 +98,7 @@ __all__ = [
     "Status",
     "__version__",
     "builtin_map",
+    "execute",
     "explore",
     "load_floor_plan",
     "load_scene",

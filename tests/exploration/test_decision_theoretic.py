@@ -13,7 +13,7 @@ from conav.exploration import decision_theoretic
 from conav.exploration.decision_theoretic import DecisionMemory, DecisionTheoretic
 from conav.exploration.frontier_targets import Targets
 from conav.exploration.types import TeamView
-from conav.exploration.utility_reduction import Seen, assign_by_utility
+from conav.exploration.utility_reduction import Seen, assign_by_utility, probability
 from conav.maps.ascii_art import ascii_starts, parse_ascii
 from conav.messages.message import Message
 from conav.simulation.engine import engine_for
@@ -26,14 +26,19 @@ NOBODY = np.empty(0, np.int64)
 
 
 def fading(reach: float) -> Seen:
-    def seen(distance: np.ndarray) -> np.ndarray:
-        return np.maximum(1.0 - distance / reach, 0.0)
-
-    return seen
+    """As decision-theoretic coordination has it."""
+    return Seen(reach, np.ones(1), slope=1.0)
 
 
-def nothing(distance: np.ndarray) -> np.ndarray:
-    return np.zeros_like(distance)
+NOTHING = Seen(1.0, np.zeros(1))
+
+
+def chance(seen: Seen, distance: float) -> float:
+    """The probability P(d)."""
+    if distance > seen.reach:
+        return 0.0
+    part = int(distance / seen.reach * len(seen.share))
+    return float([*seen.share, seen.share[-1]][part]) - seen.slope * distance / seen.reach
 
 
 def targets_with(cells: list[int], costs: list[list[float]]) -> Targets:
@@ -52,13 +57,10 @@ def slowly(
     def gap(a: int, b: int) -> float:
         return sqrt((a // COLS - b // COLS) ** 2 + (a % COLS - b % COLS) ** 2)
 
-    def chance(a: int, b: int) -> float:
-        return float(seen(np.array([gap(a, b)]))[0])
-
     utility = dict.fromkeys(cells, 1.0)
     for place in taken:
         for cell in cells:
-            utility[cell] -= chance(cell, place)
+            utility[cell] -= chance(seen, gap(cell, place))
     goals = [-1] * len(costs)
     while True:
         best: tuple[float, int, int] | None = None
@@ -73,13 +75,16 @@ def slowly(
         _, robot, cell = best
         goals[robot] = cell
         for other in cells:
-            utility[other] -= chance(other, cell)
+            utility[other] -= chance(seen, gap(other, cell))
+
+
+SHARES = np.array([1.0, 0.75, 0.5, 0.5, 0.25])
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.25, 1.0, 7.0])
-@pytest.mark.parametrize("reach", [1.5, 4.0])
-def test_assignments_are_those_of_the_paper(beta: float, reach: float) -> None:
-    rng = np.random.default_rng(int(beta * 8 + reach))
+@pytest.mark.parametrize("seen", [fading(1.5), fading(4.0), Seen(4.0, SHARES)])
+def test_assignments_are_those_of_the_paper(beta: float, seen: Seen) -> None:
+    rng = np.random.default_rng(int(beta * 8 + seen.reach))
     without = repeated = 0
     for _ in range(150):
         robots, count = int(rng.integers(1, 5)), int(rng.integers(1, 8))
@@ -92,10 +97,10 @@ def test_assignments_are_those_of_the_paper(beta: float, reach: float) -> None:
             costs,
             beta,
             COLS,
-            fading(reach),
+            seen,
             np.array(taken, np.int64),
         ).tolist()
-        assert goals == slowly(cells, costs.tolist(), beta, fading(reach), taken)
+        assert goals == slowly(cells, costs.tolist(), beta, seen, taken)
         without += -1 in goals
         repeated += len({goal for goal in goals if goal >= 0}) < len(goals) - goals.count(-1)
     assert without > 2
@@ -110,7 +115,7 @@ def test_a_target_given_away_is_left_to_one() -> None:
         9,
     ]
     # Where nothing is seen from anywhere both take it.
-    assert assign_by_utility(targets, targets.costs, 1.0, COLS, nothing, NOBODY).tolist() == [0, 0]
+    assert assign_by_utility(targets, targets.costs, 1.0, COLS, NOTHING, NOBODY).tolist() == [0, 0]
 
 
 def test_taken_cells_make_what_is_near_less_useful() -> None:
@@ -142,7 +147,7 @@ def test_beta_0_ignores_distance() -> None:
 
 def test_beta_0_does_not_send_a_robot_where_it_cannot_go() -> None:
     targets = targets_with([0, 5], [[inf, 3.0]])
-    assert assign_by_utility(targets, targets.costs, 0.0, COLS, nothing, NOBODY).tolist() == [5]
+    assert assign_by_utility(targets, targets.costs, 0.0, COLS, NOTHING, NOBODY).tolist() == [5]
 
 
 def test_a_beta_that_overflows_is_refused_or_works() -> None:
@@ -153,7 +158,7 @@ def test_a_beta_that_overflows_is_refused_or_works() -> None:
         DecisionTheoretic(beta=beta)
     except ValueError:
         return
-    assert assign_by_utility(targets, targets.costs, beta, COLS, nothing, NOBODY).tolist() == [5, 5]
+    assert assign_by_utility(targets, targets.costs, beta, COLS, NOTHING, NOBODY).tolist() == [5, 5]
 
 
 def asked(
@@ -283,8 +288,9 @@ def given_to_the_rule(range_m: float, cell_m: float, monkeypatch: pytest.MonkeyP
 
 def test_the_probability_of_seeing_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     targets, values, beta, _, seen, _ = given_to_the_rule(4.0, 1.0, monkeypatch)
-    distance = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 100.0])
-    assert seen(distance).tolist() == [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
+    distance = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 100.0]
+    chances = [probability(away, *seen) for away in distance]
+    assert chances == [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
     assert beta == 2.0
     # Costs in sensor ranges.
     assert targets.costs.tolist() == [[4.0, 4.0]]
@@ -293,7 +299,7 @@ def test_the_probability_of_seeing_by_hand(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_lengths_are_in_sensor_ranges_whatever_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     _, values, _, _, seen, _ = given_to_the_rule(4.0, 0.5, monkeypatch)
-    assert seen(np.array([0.0, 4.0, 8.0])).tolist() == [1.0, 0.5, 0.0]
+    assert [probability(away, *seen) for away in (0.0, 4.0, 8.0)] == [1.0, 0.5, 0.0]
     assert np.allclose(values.min(), 1.0, atol=0.2)
 
 

@@ -19,8 +19,15 @@ from conav.exploration.frontier_dp import (
 )
 from conav.exploration.frontier_targets import find_targets
 from conav.exploration.types import TeamView
-from conav.exploration.utility_reduction import assign_by_utility
+from conav.exploration.utility_reduction import assign_by_utility, probability
+from conav.geometry.sight import (
+    cells_in_sight,
+    lateral_limits,
+    new_gap_space,
+    sight_buffer_size,
+)
 from conav.maps.ascii_art import ascii_starts, parse_ascii
+from conav.maps.occupancy_grid import UNKNOWN
 from conav.simulation.engine import engine_for
 from conav.simulation.explore import exploration_problem
 from conav.simulation.observable import observable_cells
@@ -126,6 +133,40 @@ def test_the_border_of_the_map_is_not_counted() -> None:
     assert rings(counted("a....\n.....\n.....").there) == {0: 1, 16: 2, 22: 1, 31: 2}
 
 
+@pytest.mark.parametrize("sensor", ["range", "disc"])
+@pytest.mark.parametrize("range_m", [1.0, 3.0, 7.4, 40.0])
+def test_counts_are_those_of_a_look_at_every_cell(sensor: str, range_m: float) -> None:
+    """Near the border and far from it, with walls and without."""
+    rows, cols = 19, 26
+    rng = np.random.default_rng(int(range_m))
+    walls = np.where(rng.random((rows, cols)) < 0.15, "#", ".")
+    walls[3, 4] = "a"
+    state = world("\n".join("".join(line) for line in walls), sensor=sensor, range_m=range_m)
+    for _ in range(4):
+        engine = engine_for(state)
+        engine.move(state, engine.sense_and_decide(state, []).actions)
+    view = view_of(state)
+    places = [0, cols - 1, (rows - 1) * cols, 5 * cols + 9, int(state.cells[0])]
+    memory = ViewMemory()
+    look_around(memory, view, np.array(places, np.int32))
+    limits = lateral_limits(min(range_m, rows + cols))
+    gaps = new_gap_space(limits), new_gap_space(limits)
+    out = np.empty(sight_buffer_size(limits), np.int32)
+    seen, there = np.zeros(RINGS, np.int64), np.zeros(RINGS, np.int64)
+    for row, col in (divmod(place, cols) for place in places):
+        look = (view.belief.cells, row, col, sensor == "range", limits, *gaps, out)
+        in_sight = set(out[: cells_in_sight(*look)].tolist())
+        for r, c in np.ndindex(rows, cols):
+            distance = np.sqrt((r - row) ** 2 + (c - col) ** 2)
+            if distance <= range_m:
+                ring = min(int(distance / (len(limits) - 1) * RINGS), RINGS - 1)
+                known = view.belief.cells[r, c] != UNKNOWN
+                there[ring] += 1
+                seen[ring] += known and r * cols + c in in_sight
+    assert memory.there.tolist() == there.tolist()
+    assert memory.seen.tolist() == seen.tolist()
+
+
 def test_behind_walls_less_is_seen_farther_away() -> None:
     memory = counted(CELL, range_m=8.0)
     # In the small cell everything up to a distance of 2 is seen, nothing from 3 on.
@@ -167,13 +208,13 @@ def test_the_probability_of_seeing_is_the_share_seen_so_far(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     seen = given_to_the_rule(WIDE_POST, monkeypatch)[4]
-    assert seen(np.array([0.0, 1.0, 2**0.5])).tolist() == [1.0, 1.0, 1.0]
+    assert [probability(away, *seen) for away in (0.0, 1.0, 2**0.5)] == [1.0, 1.0, 1.0]
     # Out of range nothing is seen.
-    assert seen(np.array([2.1, 3.0, 50.0])).tolist() == [0.0, 0.0, 0.0]
+    assert [probability(away, *seen) for away in (2.1, 3.0, 50.0)] == [0.0, 0.0, 0.0]
     # Of the four cells at 2 one is behind the post.
     seen = given_to_the_rule(WIDE_POST, monkeypatch, range_m=4.0)[4]
-    assert seen(np.array([1.0, 2.0])).tolist() == [1.0, 0.75]
-    assert 0.0 < seen(np.array([3.0]))[0] < 1.0
+    assert [probability(away, *seen) for away in (1.0, 2.0)] == [1.0, 0.75]
+    assert 0.0 < probability(3.0, *seen) < 1.0
 
 
 def test_a_range_beyond_the_map_makes_no_difference_to_what_is_seen(
@@ -183,7 +224,7 @@ def test_a_range_beyond_the_map_makes_no_difference_to_what_is_seen(
     picture = CELL.replace("#...#", "#....", 1)
     for range_m in (20.0, 42.0, 100.0, 1000.0):
         seen = given_to_the_rule(picture, monkeypatch, range_m=range_m)[4]
-        near, far = seen(np.array([1.0, 8.5]))
+        near, far = (probability(away, *seen) for away in (1.0, 8.5))
         assert near == 1.0
         assert far < 0.5
 

@@ -83,8 +83,7 @@ def made_up(wanted: np.ndarray, moves: np.ndarray, range_m: float) -> Any:
             marks=marks,
             moves=moves,
             ground=ground_of(moves),
-            changes=np.zeros((1, 1), np.int64),
-            ways=0,
+            scans=0,
             derived={},
         ),
         body=SimpleNamespace(sensor=SimpleNamespace(range_m=range_m)),
@@ -234,6 +233,8 @@ def test_costs_do_not_depend_on_what_was_asked_before() -> None:
     assert np.array_equal(paths.costs(state.cells[::-1].copy()), once[::-1])
     assert np.array_equal(paths.costs(state.cells), once)
     assert paths.cost(int(state.cells[0]), 0) == once[0, 0]
+    assert np.array_equal(paths.costs_from(int(state.cells[2])), once[2])
+    assert np.array_equal(PathsTo(ground, cells).costs_from(int(state.cells[2])), once[2])
 
 
 def test_paths_to_targets_are_kept_until_a_scan_is_heard() -> None:
@@ -241,12 +242,14 @@ def test_paths_to_targets_are_kept_until_a_scan_is_heard() -> None:
     engine = engine_for(state)
     before = paths_to_targets(view.belief)
     assert paths_to_targets(view.belief) is before
-    found, which = paths_to(view.belief, before.cells[[2, 0]])
+    found, which = paths_to(view.belief, tuple(before.cells[[2, 0]].tolist()))
     assert found is before
     assert which.tolist() == [2, 0]
     stood = np.flatnonzero(view.belief.stood)[:2]
-    elsewhere, which = paths_to(view.belief, stood)
+    elsewhere, which = paths_to(view.belief, tuple(stood.tolist()))
     assert elsewhere is not before
+    assert paths_to(view.belief, tuple(stood.tolist()))[0] is elsewhere
+    assert paths_to(view.belief, (int(before.cells[1]),))[0] is before
     assert np.array_equal(elsewhere.cells[which], stood)
     for _ in range(3):
         engine.move(state, engine.sense_and_decide(state, []).actions)

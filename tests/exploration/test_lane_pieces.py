@@ -3,7 +3,6 @@
 from itertools import product
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -14,7 +13,6 @@ from conav.exploration.lane_pieces import (
     find_pieces,
     lay_lanes,
     looks_like_wall,
-    walls_met,
     wanted_cells,
 )
 from conav.exploration.rectangle_drive import half_footprint
@@ -177,41 +175,6 @@ def test_what_is_walled_off_is_not_wanted() -> None:
     assert wanted[:, :4].sum() == 20 - 1 - 2
     cells[0, 4] = UNKNOWN  # a gap that may be there
     assert wanted_cells(cells, [18], given_up)[:, 5:].sum() == 20
-
-
-# --- walls ------------------------------------------------------------------------------------
-
-
-def slow_walls_met(cells: NDArray[np.uint8], range_fine: float) -> float:
-    rows, cols = cells.shape
-    walls = 0
-    for r, c in product(range(rows), range(cols)):
-        near = ((r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1))
-        inside = [(y, x) for y, x in near if 0 <= y < rows and 0 <= x < cols]
-        walls += cells[r, c] == OCCUPIED and any(cells[place] == FREE for place in inside)
-    free = int((cells == FREE).sum())
-    return walls / (free if free else 1) * 2 * range_fine
-
-
-@settings(deadline=None)
-@given(SEEDS, st.floats(0.0, 30.0))
-def test_walls_met_against_its_twin(seed: int, range_fine: float) -> None:
-    _, cells = random_cells(seed)
-    expected = slow_walls_met(cells, range_fine)
-    assert walls_met(cells, range_fine) == pytest.approx(expected)
-
-
-def test_walls_met_by_hand() -> None:
-    assert walls_met(np.full((6, 6), UNKNOWN, dtype=np.uint8), 5.0) == 0.0
-    assert walls_met(np.full((6, 6), FREE, dtype=np.uint8), 5.0) == 0.0
-    # A corridor as wide as is seen, 2 r: two cells of wall for each cell of the way.
-    corridor = np.full((12, 40), OCCUPIED, dtype=np.uint8)
-    corridor[1:11] = FREE
-    assert walls_met(corridor, 5.0) == pytest.approx(2.0)
-    corridor[1:11, 20:] = UNKNOWN  # known halfway only
-    assert walls_met(corridor, 5.0) == pytest.approx(2.0)
-    corridor[4:] = OCCUPIED  # and narrower
-    assert walls_met(corridor, 5.0) == pytest.approx(2.0 * 10 / 3)
 
 
 def slow_looks_like_wall(

@@ -7,7 +7,11 @@ from hypothesis import strategies as st
 
 import conav
 from conav.exploration.belief import Belief, new_scratch
-from conav.exploration.viewpoints import beside_frontier, nearest_viewpoint
+from conav.exploration.viewpoints import (
+    beside_frontier,
+    nearest_viewpoint,
+    unknown_beside_frontier,
+)
 from conav.geometry.grid_search import SearchSpace, search
 from conav.geometry.sight import segment_is_clear
 from conav.maps.ascii_art import parse_ascii
@@ -97,6 +101,9 @@ def test_the_nearest_viewpoint_is_the_nearest(
     space = search_from(belief, robot)
     expected = viewpoint_by_definition(plan, belief, sensor, space)
     assert nearest_viewpoint(belief, plan.lattice, sensor, distances(space)) == expected
+    cols = belief.cells.shape[1]
+    hidden = [r * cols + c for r, c in hidden_beside_frontier(belief)]
+    assert unknown_beside_frontier(belief).tolist() == hidden
 
 
 @settings(max_examples=60, deadline=None)

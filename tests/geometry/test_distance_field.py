@@ -176,8 +176,13 @@ def test_a_ground_grows_into_what_it_is_made_from_at_once(seed: int) -> None:
         assert np.array_equal(ground.runs, at_once.runs)
         distance = np.empty(moves.size)
         fill_distances(ground, order[:1], distance)
-        parts = ground.parts(np.arange(moves.size))
-        assert np.array_equal(parts == parts[order[0]], np.isfinite(distance))
+        everything = np.arange(moves.size)
+        reached = ground.reachable(everything, order[:1])
+        assert np.array_equal(reached, np.flatnonzero(np.isfinite(distance)))
+        fill_distances(ground, order[:3], distance)
+        shuffled = rng.permutation(everything)
+        reached = ground.reachable(shuffled, order[:3])
+        assert np.array_equal(reached, shuffled[np.isfinite(distance[shuffled])])
 
 
 @settings(max_examples=60, deadline=None)

@@ -199,6 +199,37 @@ def test_vector_responses_in_many_graphs(scenes, parts: int) -> None:
     assert sum(count > 10 for count in paths) > 20
 
 
+def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
+    """Somebody stands in the way from 2 to 4, to which robots come with and without `a` seen."""
+    places = [(0, 0), (0, 1), (1, 0), (3, 3), (3, 0), (4, 0), (5, 0)]
+    times = [0.0, 1.0, 2.0, 2.5, 4.0, 5.0, 6.0]
+    costs = {(0, 1): 1.0, (0, 2): 1.0, (1, 2): 1.0, (1, 3): 2.0, (2, 4): 1.0, (3, 4): 5.0,
+             (4, 5): 1.0, (4, 6): 1.0, (5, 6): 1.0}  # fmt: skip
+    edges = sorted(costs, key=lambda edge: (edge[1], edge[0]))
+    arranged = Arranged(
+        np.arange(7),
+        np.column_stack([places, times]),
+        np.array([0, 1, 0, 0, 0, 1, 2], np.int32),
+        np.searchsorted([head for _, head in edges], np.arange(8)).astype(np.int64),
+        np.array([tail for tail, _ in edges], np.int32),
+        np.zeros(len(edges)),
+        np.full(len(edges), -1, np.int32),
+        np.empty(0, np.int32),
+    )
+    automaton = automaton_of(parse_formula("F a & F b"), disjoint_letters(["a", "b"]))
+    roads = make_roads(arranged, automaton, np.array([costs[edge] for edge in edges]))
+    traffic = build_traffic(PlanningProblem(scenes.square, scenes.antipodal(2, 0.4).robots, 12.0))
+    arguments = (roads, traffic, 0, np.array([1000.0]), np.ones(2, np.bool_), np.inf)
+    counters = np.zeros(2, np.int64)
+    alone = best_response(*arguments, counters)
+    assert alone is not None
+    assert alone.path.tolist() == [0, 1, 2, 4, 6]
+    traffic.put(1, np.array([[0.0, 1.0, 2.0, 0.0, 0, 0, 0, 0, 0]]))
+    found = best_response(*arguments, counters)
+    assert found is not None
+    assert (found.path.tolist(), found.cost, found.conflicts) == ([0, 1, 3, 4, 6], 9.0, 0)
+
+
 @given(st.integers(10**6, 10**9))
 @settings(max_examples=40, deadline=None)
 def test_scalar_and_vector_responses(scenes, seed: int) -> None:

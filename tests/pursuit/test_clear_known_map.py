@@ -10,7 +10,8 @@ from conav.errors import InputError
 from conav.geometry.triangulation import triangulate
 from conav.maps.load_floor_plan import load_floor_plan
 from conav.maps.polygon_map import PolygonMap
-from conav.pursuit.clear_known_map import ClearKnownMap, make_clearing, settings_of
+from conav.pursuit.catalogue import make_method, settings_of
+from conav.pursuit.clear_known_map import ClearKnownMap
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch
 from conav.pursuit.recorder import record_pursuit
@@ -193,7 +194,7 @@ def test_the_run_is_accepted_and_beliefs_are_true(tmp_path: Path) -> None:
         assert isinstance(run, PursuitRun)
         report = verify_pursuit(run)
         assert report.accepted, report.lines()
-        assert len(result.beliefs) == len(result.schedule.active)
+        assert len(result.beliefs) == len(result.schedule.active) > 0
 
 
 def test_the_same_plan_every_time() -> None:
@@ -231,7 +232,7 @@ def test_progress_may_end_it() -> None:
 
 
 def test_settings() -> None:
-    method = make_clearing({"weight": "0", "budget": "7"}, ClearKnownMap)
+    method = make_method(settings={"weight": "0", "budget": "7"})
     assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7}
     for bad, words in (
         ({"wieght": 1}, "did you mean weight"),
@@ -240,7 +241,7 @@ def test_settings() -> None:
         ({"weight": -1}, "0 or more"),
     ):
         with pytest.raises(InputError, match=words):
-            make_clearing(bad, ClearKnownMap)
+            make_method(settings=bad)
 
 
 def test_searches_that_end_say_so() -> None:

@@ -1,5 +1,6 @@
 """Floors nobody gave the team: what is sensed, what follows from it, and who is captured."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,9 @@ from conav.errors import InputError
 from conav.geometry.triangulation import triangulate
 from conav.maps.load_floor_plan import load_floor_plan
 from conav.maps.polygon_map import PolygonMap
-from conav.pursuit.clear_known_map import make_clearing, settings_of
+from conav.pursuit.catalogue import make_method, settings_of
 from conav.pursuit.clear_unknown_map import ClearUnknownMap
-from conav.pursuit.navigation_graph import navigation_graph, walking_distances, way_to
+from conav.pursuit.navigation_graph import NavigationGraph, surveyed_navigation_graph
 from conav.pursuit.recorder import record_pursuit
 from conav.pursuit.roadmap import Roadmap, make_roadmap
 from conav.pursuit.sensor import Sensor
@@ -53,7 +54,7 @@ def somewhere(floor: PolygonMap, rng: np.random.Generator, on_half_units: bool) 
             return x, y
 
 
-def edges(graph: Roadmap) -> set[frozenset[Point]]:
+def edges(graph: Roadmap | NavigationGraph) -> set[frozenset[Point]]:
     return {
         frozenset((graph.points[i], graph.points[j]))
         for i, row in enumerate(graph.joined)
@@ -76,17 +77,17 @@ def test_once_all_is_explored_the_graph_is_that_of_the_plan(
     plan = make_roadmap(
         floor, triangulate(floor.vertices, floor.ring_starts), [start], middles=False
     )
-    graph = navigation_graph(last, [start])
+    graph = surveyed_navigation_graph(last, [start])
     if (floor.turns < 0).any():
         assert set(graph.points) == set(plan.points)
         assert edges(graph) == edges(plan)
-    for survey, later in zip(surveys, surveys[1:], strict=False):
+    for survey, later in pairwise(surveys):
         # Nothing is known that is not so, nothing is forgotten, nobody sees through a frontier.
         for smaller, larger in ((survey.known, later.known), (later.known, floor)):
             assert shapely.area(shapely.difference(smaller.polygon, larger.polygon)) < 1e-6
         assert set(survey.critical) <= set(later.critical) <= set(last.critical)
         assert set(survey.visited) < set(later.visited)
-        assert edges(navigation_graph(survey, [start])) <= edges(graph)
+        assert edges(surveyed_navigation_graph(survey, [start])) <= edges(graph)
 
 
 def test_the_first_look_by_hand() -> None:
@@ -100,11 +101,12 @@ def test_the_first_look_by_hand() -> None:
     # From (5, 1) through the door's upper corners: to the back wall at 11 m.
     assert {(2.5, 11.0), (7.5, 11.0)} <= near
     assert survey.unexplored() == ((4.0, 5.0), (6.0, 5.0), (13.0, 0.0), (24.0, 3.0))
-    graph = navigation_graph(survey, [(5.0, 1.0)])
-    metres, before = walking_distances(graph, 0)
+    graph = surveyed_navigation_graph(survey, [(5.0, 1.0)])
     end = graph.points.index((24.0, 3.0))
-    assert metres[end] == pytest.approx((19.0**2 + 2.0**2) ** 0.5)
-    assert way_to(before, 0, end) == [0, end]
+    assert graph.distances[0, end] == pytest.approx((19.0**2 + 2.0**2) ** 0.5)
+    assert graph.way(0, end) == [0, end]
+    assert graph.visited.tolist() == [True] + 8 * [False]
+    assert graph.critical.tolist() == [False] + 8 * [True]
     assert frozenset(((4.0, 5.0), (24.0, 3.0))) not in edges(graph)
 
 
@@ -277,9 +279,9 @@ def test_what_the_method_is_not_for() -> None:
 
 
 def test_settings() -> None:
-    method = make_clearing({"edb": "2", "care": "0"}, ClearUnknownMap)
-    assert settings_of(method)["edb"] == 2
-    assert settings_of(make_clearing({"edb": "unlimited"}, ClearUnknownMap))["edb"] == "unlimited"
+    for text, edb in (("2", 2), ("unlimited", "unlimited")):
+        method = make_method("unknown-map", settings={"edb": text, "care": "0"})
+        assert settings_of(method)["edb"] == edb
     for bad, words in (
         ({"edb": "0"}, "1 or more, or unlimited"),
         ({"edb": "some"}, "setting 'edb'"),
@@ -288,4 +290,4 @@ def test_settings() -> None:
         ({"ebd": 1}, "did you mean edb"),
     ):
         with pytest.raises(InputError, match=words):
-            make_clearing(bad, ClearUnknownMap)
+            make_method("unknown-map", settings=bad)

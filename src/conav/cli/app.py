@@ -4,9 +4,11 @@ from cyclopts import App
 
 from conav import __version__
 from conav.cli.compare import compare
+from conav.cli.execute import execute
 from conav.cli.explore import explore
 from conav.cli.maps import maps
 from conav.cli.plan import plan
+from conav.cli.prices import prices
 from conav.cli.pursue import pursue
 from conav.cli.repair import repair
 from conav.cli.reproduce import reproduce
@@ -23,6 +25,8 @@ app = App(
 )
 app.command(explore)
 app.command(plan)
+app.command(execute)
+app.command(prices)
 app.command(pursue)
 app.command(compare)
 app.command(maps)

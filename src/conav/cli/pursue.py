@@ -18,6 +18,8 @@ def pursue(
     floor_plan: str,
     /,
     *,
+    method: str = "known-map",
+    labels: str = "shadows",
     pursuers: str = "auto",
     start: str | None = None,
     speed: float = 1.0,
@@ -39,6 +41,11 @@ def pursue(
     ----------
     floor_plan
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
+    method
+        How: known-map, or splitting, by guards until one pursuer suffices for each part.
+    labels
+        What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
+        claims may be wrong.
     pursuers
         How many, or auto: as few as are found to suffice.
     start
@@ -46,12 +53,12 @@ def pursue(
     speed
         Top speed of a pursuer [m/s].
     unknown
-        The pursuers know nothing of the floor but what they have seen.
+        The pursuers know nothing of the floor but what they have seen; the method is unknown-map.
     edb
         With --unknown: how many vertices are explored between two pursuits, or unlimited: explore
-        everything, then clear. Default: 3.
+        everything, then clear.
     set
-        A setting of the search, name=value; may be repeated.
+        A setting of the method, name=value; may be repeated.
     resolution
         Metres per pixel, for a bare picture.
     out
@@ -73,25 +80,28 @@ def pursue(
             raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
         if path is not None and not path.parent.is_dir():
             raise InputError(path, "lies in a folder that does not exist", "make the folder first")
+    settings = dict(parse_settings(set or []))
+    unknown = unknown or method == "unknown-map"
+    if unknown and method not in ("known-map", "unknown-map"):
+        raise InputError(f"method {method!r}", "is for known floors", "leave out --unknown")
     if edb is not None and not unknown:
         raise InputError(f"edb {edb!r}", "is for floors that are not known", "add --unknown")
+    if edb is not None:
+        settings["edb"] = edb
     if after is not None and png is None:
         raise InputError(f"after {after}", "is for pictures", "add --png")
+    method = "unknown-map" if unknown else method
 
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
     from conav.maps.read_floor_plan import FloorPlanReading
-    from conav.pursuit.clear_known_map import ClearKnownMap, make_clearing, settings_of
-    from conav.pursuit.clear_unknown_map import ClearUnknownMap
+    from conav.pursuit.catalogue import make_method, settings_of
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
     from conav.pursuit.types import Pursuer, PursuitProblem
     from conav.pursuit.verify import verify_schedule
 
-    settings = dict(parse_settings(set or []))
-    if edb is not None:
-        settings["edb"] = edb
-    method = make_clearing(settings, ClearUnknownMap if unknown else ClearKnownMap)
+    chosen = make_method(method, labels, settings)
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
@@ -105,7 +115,7 @@ def pursue(
         )
     begun = perf_counter()
     with _Progress(shown=not quiet) as progress:
-        result = method.solve(problem, progress.step)
+        result = chosen.solve(problem, progress.step)
     compute_s = perf_counter() - begun
     found = None
     if result.status == "done":
@@ -117,8 +127,8 @@ def pursue(
                 run,
                 problem,
                 result,
-                method="unknown-map" if unknown else "known-map",
-                settings=settings_of(method),
+                method=method,
+                settings={"labels": labels, **settings_of(chosen)},
                 seed=0,
                 compute_s=compute_s,
             )
@@ -135,9 +145,11 @@ def pursue(
     summary: dict[str, Any] = {
         "job": "pursue",
         "floorplan": floor.name,
-        "known": not unknown,
+        "method": method,
+        "labels": labels,
         "status": str(result.status),
         "reason": result.reason,
+        "claim": "captured" if result.status == "done" else None,
         "pursuers": len(result.pursuers),
         "lower_bound": result.lower_bound,
         "minimal_proved": result.minimal_proved,
@@ -145,9 +157,10 @@ def pursue(
         "moves": result.counters.get("moves", 0),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
+        "known": not unknown,
         "explored": result.explored,
         "recontaminations": result.recontaminations,
-        "expanded": result.counters.get("expanded", 0),
+        "counters": dict(result.counters),
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
     }
@@ -191,7 +204,8 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             "escapes": "an evader can slip away, the verifier found",
             "unknown": "the verifier could not decide",
         }
-        print(f"{summary['floorplan']}: {team}: {words[summary['verdict']]}")
+        claim = "claimed captured; " if summary["verdict"] != "captured" else ""
+        print(f"{summary['floorplan']}: {team}: {claim}{words[summary['verdict']]}")
         print(
             f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
             f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
@@ -203,7 +217,7 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")
-        else:
+        elif summary["verdict"] == "captured":
             print(f"  whether fewer than {count} can is not proved")
     for what, path in (("run file", summary["run"]), ("picture", png)):
         if path is not None:

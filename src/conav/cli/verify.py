@@ -9,6 +9,7 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from conav.exploration.verify import VerificationReport
     from conav.planning.verify import PlanReport
+    from conav.planning.verify_execution import ExecutionReport
     from conav.pursuit.verify import PursuitReport
     from conav.runs.types import PursuitRun
 
@@ -45,11 +46,11 @@ def verify(
 
 def _report(
     path: Path, certificate: Path | None, png: Path | None
-) -> "VerificationReport | PlanReport | PursuitReport":
+) -> "VerificationReport | PlanReport | ExecutionReport | PursuitReport":
     """The verdict of the verifier of the run's job."""
     from conav.errors import InputError
     from conav.runs.reader import read_run
-    from conav.runs.types import ExplorationRun, PlanRun, PursuitRun
+    from conav.runs.types import ExecutionRun, ExplorationRun, PlanRun, PursuitRun
 
     run = read_run(path)
     if isinstance(run, PursuitRun):
@@ -61,6 +62,10 @@ def _report(
         from conav.planning.verify import verify_plan
 
         return verify_plan(run)
+    if isinstance(run, ExecutionRun):
+        from conav.planning.verify_execution import verify_execution
+
+        return verify_execution(run)
     from conav.exploration.verify import verify_exploration
 
     assert isinstance(run, ExplorationRun)

@@ -65,6 +65,7 @@ class Belief:
         "marks",
         "moves",
         "opened",
+        "scans",
         "ways",
     )
 
@@ -80,7 +81,7 @@ class Belief:
         self._changes = np.zeros(blocks, dtype=np.int64)
         self.opened = 0  # planning cells known to be standable
         self.ways = 0  # moves known to be possible
-        self.known = 0  # fine cells known; grows exactly when the content changes
+        self.known = 0  # fine cells known
         self._lock()
 
     def _lock(self) -> None:
@@ -94,6 +95,7 @@ class Belief:
         self.changes = _locked(self._changes)
         self._ground: Ground | None = None
         self._ground_ways = 0
+        self.scans = 0  # heard by this object; nothing changes without
         # What was worked out from this belief and is kept beside it, by who did so; not part of its
         # content, and neither copied nor pickled.
         self.derived: dict[str, Any] = {}
@@ -140,6 +142,7 @@ class Belief:
 
         `seen` holds flat fine indices; `scratch` is `new_scratch(plan)`.
         """
+        self.scans += 1
         lattice = plan.lattice
         row, col = divmod(cell, lattice.cols)
         self._changes[lattice.fine_row[row] // BLOCK, lattice.fine_col[col] // BLOCK] += 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from conav.exploration.frontier_targets import Targets
 from conav.exploration.team_assignment import TeamMemory, team_step
 from conav.exploration.types import Action, TeamView
-from conav.exploration.utility_reduction import assign_by_utility
+from conav.exploration.utility_reduction import Seen, assign_by_utility
 from conav.messages.message import Message
 
 
@@ -63,10 +63,6 @@ class DecisionTheoretic:
         positions: NDArray[np.int32],
     ) -> NDArray[np.int64]:
         reach = max(view.body.sensor.range_m / view.lattice.cell_m, 1.0)
-
-        def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.maximum(1.0 - distance / reach, 0.0)
-
         limit = self.silence_s * view.step / view.time_s if view.step else 0.0
         lost = [
             cell
@@ -80,7 +76,7 @@ class DecisionTheoretic:
             targets.costs / reach,
             self.beta,
             view.lattice.cols,
-            seen,
+            Seen(reach, np.ones(1), slope=1.0),
             np.array(lost, dtype=np.int64),
         )
         memory.sent.update(zip(robots, goals.tolist(), strict=True))

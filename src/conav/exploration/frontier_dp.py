@@ -12,8 +12,8 @@ from conav.exploration.decision_theoretic import check_beta
 from conav.exploration.frontier_targets import Targets
 from conav.exploration.team_assignment import TeamMemory, team_step
 from conav.exploration.types import Action, TeamView
-from conav.exploration.utility_reduction import assign_by_utility
-from conav.geometry.sight import disc_cells, visible_cells
+from conav.exploration.utility_reduction import Seen, assign_by_utility
+from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import sight_space
 from conav.geometry.value_iteration import raster_order, value_iteration
 from conav.maps.occupancy_grid import UNKNOWN
@@ -82,12 +82,6 @@ class FrontierDP:
         reach = max(min(reach, sum(view.belief.cells.shape)), 1.0) / lattice.ratio
         look_around(memory, view, positions)
         share = np.where(memory.there > 0, memory.seen / np.maximum(memory.there, 1), 1.0)
-
-        def seen(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-            ring = (distance / reach * RINGS).astype(np.int64)
-            near = distance <= reach
-            return np.where(near, share[np.minimum(ring, RINGS - 1)], 0.0)
-
         lengths = targets.costs
         if self.literal:
             lengths = iterated_costs(view, positions, targets.cells)
@@ -96,7 +90,7 @@ class FrontierDP:
             lengths * self.free,
             self.beta,
             lattice.cols,
-            seen,
+            Seen(reach, share),
             np.empty(0, dtype=np.int64),
         )
 
@@ -122,52 +116,84 @@ def look_around(memory: ViewMemory, view: TeamView, positions: NDArray[np.int32]
     sensor = view.body.sensor
     cells = view.belief.cells
     space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, cells.shape)
-    for position in positions.tolist():
-        row, col = divmod(position, lattice.cols)
-        _count_rings(
-            cells,
-            int(lattice.fine_row[row]),
-            int(lattice.fine_col[col]),
-            *space,
-            _rings(len(space.limits) - 1),
-            memory.seen,
-            memory.there,
-        )
+    row, col = np.divmod(positions, lattice.cols)
+    _count_rings(
+        cells,
+        lattice.fine_row[row],
+        lattice.fine_col[col],
+        *space,
+        *_rings(len(space.limits) - 1),
+        memory.seen,
+        memory.there,
+    )
 
 
 @lru_cache(maxsize=8)
-def _rings(reach: int) -> NDArray[np.int64]:
-    """The ring of each cell of a quarter disc, by rows and columns from its centre [fine cells]."""
+def _rings(reach: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """The ring of each cell of a quarter disc, by rows and columns from its centre [fine cells],
+    and how many cells of each of its rows lie within each ring, (reach + 1, RINGS + 1)."""
     away = np.arange(reach + 1)
     distance = np.sqrt(away[:, np.newaxis] ** 2 + away**2) / max(reach, 1) * RINGS
-    return np.minimum(distance.astype(np.int64), RINGS - 1)
+    ring = np.minimum(distance.astype(np.int64), RINGS - 1)
+    within = np.array([np.searchsorted(row, np.arange(RINGS + 1)) for row in ring])
+    return ring.astype(np.uint8), within.astype(np.int32)
 
 
 @kernel
 def _count_rings(
     cells: NDArray[np.uint8],
-    row: int,
-    col: int,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
     limits: NDArray[np.int32],
     occlusion: bool,
     lows: NDArray[np.float64],
     highs: NDArray[np.float64],
     out: NDArray[np.int32],
     stamps: NDArray[np.int32],
-    ring_of: NDArray[np.int64],
+    ring_of: NDArray[np.uint8],
+    within: NDArray[np.int32],
     seen: NDArray[np.int64],
     there: NDArray[np.int64],
 ) -> None:
-    cols = cells.shape[1]
-    count = disc_cells(cells, row, col, limits, out)
-    for i in range(count):
-        there[ring_of[abs(out[i] // cols - row), abs(out[i] % cols - col)]] += 1
-    if occlusion:
-        count = visible_cells(cells, row, col, limits, lows, highs, out)
-    stamp = stamps[stamps.shape[0] - 1] + 1
-    stamps[stamps.shape[0] - 1] = stamp
-    for i in range(count):
-        cell = out[i]
-        if stamps[cell] != stamp and cells[cell // cols, cell % cols] != UNKNOWN:
-            stamps[cell] = stamp
-            seen[ring_of[abs(cell // cols - row), abs(cell % cols - col)]] += 1
+    """Add, by rings, the cells seen from some map cells to `seen`, those of the map to `there`."""
+    width = cells.shape[1]
+    flat = cells.reshape(-1)
+    upwards = 1.0 / width
+    for k in range(rows.shape[0]):
+        row = rows[k]
+        col = cols[k]
+        _count_disc(cells.shape[0], width, row, col, limits, within, there)
+        count = cells_in_sight(cells, row, col, occlusion, limits, lows, highs, out)
+        stamp = stamps[stamps.shape[0] - 1] + 1
+        stamps[stamps.shape[0] - 1] = stamp
+        for i in range(count):
+            cell = out[i]
+            if stamps[cell] != stamp and flat[cell] != UNKNOWN:
+                stamps[cell] = stamp
+                r = int((cell + 0.5) * upwards)  # a division takes several times as long
+                seen[ring_of[abs(r - row), abs(cell - r * width - col)]] += 1
+
+
+@kernel
+def _count_disc(
+    height: int,
+    width: int,
+    row: int,
+    col: int,
+    limits: NDArray[np.int32],
+    within: NDArray[np.int32],
+    there: NDArray[np.int64],
+) -> None:
+    """Add, by rings, the cells of a disc that lie on a map of that size."""
+    reach = limits.shape[0] - 1
+    for r in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
+        off = abs(r - row)
+        # So many cells to each side, the middle one with those to the right.
+        left = min(limits[off], col) + 1
+        right = min(limits[off], width - 1 - col) + 1
+        for ring in range(RINGS):
+            low = within[off, ring]
+            high = within[off, ring + 1]
+            there[ring] += min(high, left) - min(low, left) + min(high, right) - min(low, right)
+            if low == 0 and high > 0:
+                there[ring] -= 1

@@ -16,6 +16,7 @@ from conav.exploration.belief import TARGET, Belief
 from conav.exploration.types import TeamView
 from conav.geometry.ground import Ground
 from conav.geometry.jump_graph import JumpGraph
+from conav.geometry.sparse_cells import cells_with_bits
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +32,8 @@ class Targets:
         """The cost of each piece for each robot: that of its nearest target, (n_robots, pieces)."""
         if self.n_pieces == 0:
             return np.empty((len(self.costs), 0))
-        order = np.argsort(self.piece, kind="stable")
-        first = np.searchsorted(self.piece[order], np.arange(self.n_pieces))
-        return np.minimum.reduceat(self.costs[:, order], first, axis=1)
+        order, first = by_piece(self.piece, self.n_pieces)
+        return np.minimum.reduceat(self.costs[:, order], first[:-1], axis=1)
 
     def nearest_in(self, robot: int, piece: int) -> int:
         """The cell of a piece nearest to a robot, the lower number first."""
@@ -70,6 +70,35 @@ def cut_into_pieces(
 def connected_cells(cells: NDArray[np.int64], cols: int) -> tuple[NDArray[np.int64], int]:
     """The cluster of each cell as `cut_into_pieces`, however long, and how many there are."""
     return cut_into_pieces(cells, cols, int(np.iinfo(np.int64).max))
+
+
+def by_piece(
+    piece: NDArray[np.int64], n_pieces: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Cells piece by piece, each in their order, and where each piece begins.
+
+    Both are indices: cells of piece j are `order[first[j]:first[j + 1]]`.
+    """
+    order = np.empty(len(piece), dtype=np.int64)
+    first = np.zeros(n_pieces + 1, dtype=np.int64)
+    _sort_by_piece(piece, order, first)
+    return order, first
+
+
+@kernel
+def _sort_by_piece(
+    piece: NDArray[np.int64], order: NDArray[np.int64], first: NDArray[np.int64]
+) -> None:
+    """Write `order` and `first`, which is 0 so far."""
+    n_pieces = first.shape[0] - 1
+    for i in range(piece.shape[0]):
+        first[piece[i] + 1] += 1
+    for j in range(n_pieces):
+        first[j + 1] += first[j]
+    following = first.copy()
+    for i in range(piece.shape[0]):
+        order[following[piece[i]]] = i
+        following[piece[i]] += 1
 
 
 @kernel
@@ -146,6 +175,14 @@ class PathsTo:
             row[:] = self._rows[start]
         return found
 
+    def costs_from(self, start: int) -> NDArray[np.float64]:
+        """From one planning cell to each cell, (n_cells,); kept, not to be written to."""
+        row = self._rows.get(start)
+        if row is None:
+            row = self._graph.lengths(np.array([start]))[0][0]
+            self._rows[start] = row
+        return row
+
     def cost(self, start: int, index: int) -> float:
         """From one planning cell to `cells[index]`."""
         row = self._rows.get(start)
@@ -154,20 +191,37 @@ class PathsTo:
 
 def paths_to_targets(belief: Belief) -> PathsTo:
     """Paths to all cells with frontier that nobody has scanned from, kept until a scan is heard."""
-    now = (int(belief.changes.sum()), belief.ways)
-    kept: tuple[tuple[int, int], PathsTo] | None = belief.derived.get("paths to targets")
-    if kept is None or kept[0] != now:
-        kept = now, PathsTo(belief.ground, np.flatnonzero((belief.marks & TARGET) != 0))
+    kept: tuple[int, PathsTo] | None = belief.derived.get("paths to targets")
+    if kept is None or kept[0] != belief.scans:
+        cells = np.empty(belief.marks.size, dtype=np.int64)
+        count = cells_with_bits(belief.marks.reshape(-1), TARGET, cells)
+        kept = belief.scans, PathsTo(belief.ground, cells[:count].copy())
         belief.derived["paths to targets"] = kept
     return kept[1]
 
 
-def paths_to(belief: Belief, cells: NDArray[np.int64]) -> tuple[PathsTo, NDArray[np.int64]]:
+Kept = tuple[PathsTo, tuple[int, ...], PathsTo, NDArray[np.int64]]
+"""Paths to all targets, then what was asked for last, and what was answered."""
+
+
+def paths_to(belief: Belief, wanted: tuple[int, ...]) -> tuple[PathsTo, NDArray[np.int64]]:
     """Paths to some planning cells, and which of their cells these are.
 
-    Where all are targets, they are those to the targets.
+    Where all are targets, they are those to the targets. What was asked for last is kept, as all
+    bidders of an auction ask for the same.
     """
     paths = paths_to_targets(belief)
+    kept: Kept | None = belief.derived.get("paths to")
+    if kept is not None and kept[0] is paths and kept[1] == wanted:
+        return kept[2], kept[3]
+    found, which = _paths_to(belief, paths, np.array(wanted, dtype=np.int64))
+    belief.derived["paths to"] = paths, wanted, found, which
+    return found, which
+
+
+def _paths_to(
+    belief: Belief, paths: PathsTo, cells: NDArray[np.int64]
+) -> tuple[PathsTo, NDArray[np.int64]]:
     which = np.searchsorted(paths.cells, cells)
     if len(cells) and (
         which.max() == len(paths.cells) or not np.array_equal(paths.cells[which], cells)

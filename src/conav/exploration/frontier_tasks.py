@@ -13,11 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.exploration.belief import BLOCK, OPEN, STOOD, TARGET, Belief
-from conav.exploration.frontier_targets import connected_cells, cut_into_pieces
+from conav.exploration.belief import BLOCK, OPEN, STOOD
+from conav.exploration.frontier_targets import (
+    by_piece,
+    connected_cells,
+    cut_into_pieces,
+    paths_to_targets,
+)
 from conav.exploration.types import TeamView
 from conav.exploration.viewpoints import unknown_beside_frontier
-from conav.geometry.ground import Ground
 from conav.geometry.jump_graph import JumpGraph
 from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import SightSpace, sight_space
@@ -45,35 +49,22 @@ class Tasks:
 def find_tasks(view: TeamView, positions: NDArray[np.int32]) -> Tasks:
     """The tasks that robots at these planning cells can reach."""
     belief = view.belief
-    lattice = view.lattice
-    marks = belief.marks.reshape(-1)
-    targets = np.flatnonzero((marks & TARGET) != 0)
+    ground = belief.ground
+    starts = positions.astype(np.int64)
     # Whoever can be reached can reach the same.
-    inside = np.unique(belief.ground.parts(positions.astype(np.int64)))
-    targets = targets[_within(belief.ground, inside, targets)]
-    length = max(int(view.body.sensor.range_m / lattice.cell_m), 1)
-    piece, n_pieces = cut_into_pieces(targets, lattice.cols, length)
-    order = np.argsort(piece, kind="stable")
-    parts = [targets[order]]
-    sizes = np.bincount(piece, minlength=n_pieces).tolist() if n_pieces else []
-    looks_for = [-1] * n_pieces
-    for cell, around in _pockets(view, targets, inside):
-        parts.append(around)
-        sizes.append(len(around))
-        looks_for.append(cell)
-    places = np.concatenate(parts)
-    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    paths = JumpGraph(belief.ground, first, places)
-    costs, nearest = paths.lengths(positions.astype(np.int64))
-    return Tasks(places, first, np.array(looks_for, dtype=np.int64), costs, nearest, paths)
-
-
-def _within(
-    ground: Ground, inside: NDArray[np.int32], cells: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Which of some planning cells lie in the parts of a ground that robots are in."""
-    parts = ground.parts(cells)
-    return parts == inside[0] if len(inside) == 1 else np.isin(parts, inside)
+    targets = ground.reachable(paths_to_targets(belief).cells, starts)
+    length = max(int(view.body.sensor.range_m / view.lattice.cell_m), 1)
+    piece, n_pieces = cut_into_pieces(targets, view.lattice.cols, length)
+    order, first = by_piece(piece, n_pieces)
+    pockets = _pockets(view, targets, starts)
+    places = np.concatenate([targets[order], *(around for _, around in pockets)])
+    ends = [len(around) for _, around in pockets]
+    first = np.concatenate([first, len(targets) + np.cumsum(ends, dtype=np.int64)])
+    looks_for = np.full(n_pieces + len(pockets), -1, dtype=np.int64)
+    looks_for[n_pieces:] = [cell for cell, _ in pockets]
+    paths = JumpGraph(ground, first, places)
+    costs, nearest = paths.lengths(starts)
+    return Tasks(places, first, looks_for, costs, nearest, paths)
 
 
 Views = dict[int, tuple[int, NDArray[np.int64]]]
@@ -81,7 +72,7 @@ Views = dict[int, tuple[int, NDArray[np.int64]]]
 
 
 def _pockets(
-    view: TeamView, targets: NDArray[np.int64], inside: NDArray[np.int32]
+    view: TeamView, targets: NDArray[np.int64], starts: NDArray[np.int64]
 ) -> list[tuple[int, NDArray[np.int64]]]:
     """An unknown fine cell of each pocket, and the places in reach that may see it."""
     belief = view.belief
@@ -93,39 +84,50 @@ def _pockets(
     alone = np.empty(len(hidden), dtype=np.bool_)
     _stand_alone(hidden, wanted, lattice.row_of, lattice.col_of, alone)
     hidden = hidden[alone]
-    cluster, count = connected_cells(hidden, belief.cells.shape[1])
+    order, first = by_piece(*connected_cells(hidden, belief.cells.shape[1]))
+    # One cell in the middle stands for the pocket, or another where that one is out of sight.
+    start, end = first[:-1], first[1:]
+    picks = hidden[order[np.stack([(start + end) // 2, start, end - 1], axis=1)]]
+    space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, belief.cells.shape)
+    around = np.empty(picks.shape, dtype=np.int64)
+    _sum_around(belief.changes, belief.cells.shape, len(space.limits) - 1, picks, around)
     key = f"places that see {sensor.range_m!r} {sensor.occlusion}"
     before: Views = belief.derived.get(key, {})
     after: Views = {}
     found: list[tuple[int, NDArray[np.int64]]] = []
-    order = np.argsort(cluster, kind="stable")
-    ends = np.cumsum(np.bincount(cluster, minlength=count)) if count else []
-    start = 0
-    space = sight_space(sensor.range_m, lattice.resolution, sensor.occlusion, belief.cells.shape)
-    for end in map(int, ends):
-        # One cell in the middle stands for the pocket, or another where that one is out of sight.
-        for pick in (int((start + end) // 2), start, end - 1):
-            cell = int(hidden[order[pick]])
-            changes = _changes_around(belief, cell, len(space.limits) - 1)
+    for which in range(len(picks)):
+        for cell, now in zip(picks[which].tolist(), around[which].tolist(), strict=True):
             kept = before.get(cell)
-            if kept is None or kept[0] != changes:
-                kept = changes, _look_back(view, cell, space)
+            if kept is None or kept[0] != now:
+                kept = now, _look_back(view, cell, space)
             after[cell] = kept
-            around = kept[1][_within(belief.ground, inside, kept[1])]
-            if len(around):
-                found.append((cell, around))
+            places = belief.ground.reachable(kept[1], starts)
+            if len(places):
+                found.append((cell, places))
                 break
-        start = end
     belief.derived[key] = after
     return found
 
 
-def _changes_around(belief: Belief, cell: int, reach: int) -> int:
-    """How much has changed so far within some fine cells of one."""
-    row, col = divmod(cell, belief.cells.shape[1])
-    rows = slice(max(row - reach, 0) // BLOCK, (row + reach) // BLOCK + 1)
-    cols = slice(max(col - reach, 0) // BLOCK, (col + reach) // BLOCK + 1)
-    return int(belief.changes[rows, cols].sum())
+@kernel
+def _sum_around(
+    changes: NDArray[np.int64],
+    shape: tuple[int, int],
+    reach: int,
+    cells: NDArray[np.int64],
+    total: NDArray[np.int64],
+) -> None:
+    """Write how much has changed so far in the blocks within `reach` of each of some fine cells."""
+    rows, cols = shape
+    for i in range(cells.shape[0]):
+        for j in range(cells.shape[1]):
+            row = cells[i, j] // cols
+            col = cells[i, j] % cols
+            total[i, j] = 0
+            for r in range(max(row - reach, 0) // BLOCK, min(row + reach, rows - 1) // BLOCK + 1):
+                left = max(col - reach, 0) // BLOCK
+                for c in range(left, min(col + reach, cols - 1) // BLOCK + 1):
+                    total[i, j] += changes[r, c]
 
 
 def _look_back(view: TeamView, cell: int, space: SightSpace) -> NDArray[np.int64]:

@@ -100,30 +100,6 @@ def wanted_cells(
     return (reachable & (cells == UNKNOWN) & (given_up == 0)).astype(np.uint8)
 
 
-@kernel
-def walls_met(cells: NDArray[np.uint8], range_fine: float) -> float:
-    """How many cells of wall a robot meets for every cell it drives, in what is known.
-
-    The walls beside known free cells over those free cells, times the width a robot sees. A
-    corridor narrower than that has 2 and more, an open field far less.
-    """
-    rows, cols = cells.shape
-    free = 0
-    walls = 0
-    for r in range(rows):
-        for c in range(cols):
-            if cells[r, c] == FREE:
-                free += 1
-            elif cells[r, c] == OCCUPIED and (
-                (r > 0 and cells[r - 1, c] == FREE)
-                or (r + 1 < rows and cells[r + 1, c] == FREE)
-                or (c > 0 and cells[r, c - 1] == FREE)
-                or (c + 1 < cols and cells[r, c + 1] == FREE)
-            ):
-                walls += 1
-    return walls / max(free, 1) * 2.0 * range_fine
-
-
 def find_pieces(
     lanes: Lanes,
     wanted: NDArray[np.uint8],

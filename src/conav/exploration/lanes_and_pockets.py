@@ -12,7 +12,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from conav.exploration.lane_pieces import walls_met
 from conav.exploration.lane_plan import LanePlan, plan_lanes
 from conav.exploration.nearest import NearestMemory, by_field, choose_nearest, drive_on
 from conav.exploration.pocket_assignment import check_advantage, plan_pockets
@@ -25,6 +24,7 @@ from conav.exploration.team_assignment import (
     converse,
 )
 from conav.exploration.types import Action, TeamView
+from conav.exploration.walls_met import walls_met
 from conav.messages.message import Body, Message
 
 
@@ -101,7 +101,7 @@ class LanesAndPockets:
             memory.done = None
         range_fine = view.body.sensor.range_m / view.lattice.resolution
         limit = self.closed_above if memory.open else self.open_below
-        memory.open = walls_met(view.belief.cells, range_fine) < limit
+        memory.open = walls_met(view.belief, range_fine) < limit
         orders: list[Sweep | Order | None] = [None] * len(robots)
         if memory.open:
             orders = plan_lanes(memory.plan, view, robots, positions, rng)

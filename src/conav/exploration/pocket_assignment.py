@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from conav.compiled import kernel
 from conav.exploration.frontier_tasks import Tasks, find_tasks
 from conav.exploration.team_assignment import Order, TeamMemory, planned_step
 from conav.exploration.types import Action, TeamView
@@ -75,9 +76,23 @@ def mean_distances(tasks: Tasks) -> NDArray[np.float64]:
     """
     robots = tasks.costs.argmin(axis=0)
     nearest = tasks.nearest[robots, np.arange(len(tasks))]
-    places, which = np.unique(nearest, return_inverse=True)
-    between = tasks.paths.lengths(places)[0][which]
-    return np.where(np.isfinite(between), between, 0.0).sum(axis=0) / (len(tasks) - 1)
+    number: dict[int, int] = {}  # of each place, in the order they come
+    which = [number.setdefault(place, len(number)) for place in nearest.tolist()]
+    between, _ = tasks.paths.lengths(np.array(list(number)))
+    total = np.zeros(len(tasks))
+    _add_up(between, np.array(which), total)
+    return total / (len(tasks) - 1)
+
+
+@kernel
+def _add_up(
+    between: NDArray[np.float64], which: NDArray[np.int64], total: NDArray[np.float64]
+) -> None:
+    """Add the rows of `between` that are named, as far as they are finite, one after the other."""
+    for row in which:
+        for j in range(total.shape[0]):
+            if between[row, j] < np.inf:
+                total[j] += between[row, j]
 
 
 def assign_tasks(tasks: Tasks, costs: NDArray[np.float64]) -> list[Order]:
@@ -93,13 +108,12 @@ def assign_tasks(tasks: Tasks, costs: NDArray[np.float64]) -> list[Order]:
     # What cannot be reached costs more than any assignment of what can.
     never = 1.0 + 2.0 * float(np.abs(costs[reachable]).max()) * (len(costs) + 1)
     chosen = linear_sum_assignment(np.where(reachable, costs, never))
-    picks = np.full(len(costs), -1)
-    picks[chosen[0]] = chosen[1]
+    picks = dict(zip(*(numbers.tolist() for numbers in chosen), strict=True))
     for robot, row in enumerate(reachable):
-        task = int(picks[robot])
+        task = picks.get(robot, -1)
         if task < 0 or not row[task]:
             if not row.any():
                 continue
             task = int(np.argmin(np.where(row, costs[robot], np.inf)))
-        orders[robot] = Order(int(tasks.nearest[robot, task]), int(tasks.looks_for[task]))
+        orders[robot] = Order(tasks.nearest.item(robot, task), tasks.looks_for.item(task))
     return orders

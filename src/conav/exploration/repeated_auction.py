@@ -247,12 +247,12 @@ def _bid(memory: AuctionMemory, view: TeamView, sender: int, call: Call) -> list
 
 
 def _set_costs(memory: AuctionMemory, view: TeamView, call: Call) -> None:
-    tasks = np.array(call.tasks, dtype=np.int64)
-    here = np.array([view.cell], dtype=np.int32)
     memory.answered = call
-    paths, which = paths_to(view.belief, tasks)
-    costs = paths.costs(here)[0, which]
-    memory.costs = (inf,) * len(costs) if memory.stuck else tuple(costs.tolist())
+    if memory.stuck:
+        memory.costs = (inf,) * len(call.tasks)
+        return
+    paths, which = paths_to(view.belief, call.tasks)
+    memory.costs = tuple(paths.costs_from(view.cell)[which].tolist())
 
 
 def _takes(memory: AuctionMemory, view: TeamView, sender: int, award: Award) -> bool:
@@ -336,9 +336,9 @@ def _any_target(view: TeamView) -> bool:
 
 def _heard(view: TeamView) -> tuple[int, ...]:
     """The robots it hears now, itself included, ascending."""
-    return tuple(np.flatnonzero(view.in_touch).tolist())
+    return tuple(view.in_touch.nonzero()[0].tolist())
 
 
 def _lowest_heard(view: TeamView) -> int:
     """The number of its auctioneer."""
-    return int(np.argmax(view.in_touch))
+    return int(view.in_touch.argmax())

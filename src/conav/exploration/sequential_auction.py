@@ -88,7 +88,7 @@ class TaskPaths:
         self._tasks = tasks
         self.least = _empty_grid_costs(tasks, belief.moves.shape[1])
         """The path costs (n_tasks, n_tasks) if nothing were in the way: lower bounds."""
-        self._paths, self._which = paths_to(belief, np.array(tasks, dtype=np.int64))
+        self._paths, self._which = paths_to(belief, tasks)
 
     def between(self, one: int, other: int) -> float:
         """The path cost [planning cells] over known moves, inf where there is no way."""

@@ -143,12 +143,17 @@ def converse(
 ) -> list[Message]:
     """What is said in this step; the driver is told what to do."""
     said: list[Message] = []
-    asking = [message.sender for message in inbox if isinstance(message.body, Request)]
-    orders = [message.body for message in inbox if not isinstance(message.body, Request)]
+    asking: list[int] = []
+    orders: list[Body] = []
+    for message in inbox:
+        if isinstance(message.body, Request):
+            asking.append(message.sender)
+        else:
+            orders.append(message.body)
     if memory.began < view.step:
         memory.began = view.step
         if not driver.busy(view):
-            leader = int(np.flatnonzero(view.in_touch).min())
+            leader = int(view.in_touch.argmax())  # the lowest
             if leader == view.robot:
                 said += _lead(memory, driver, view, asking, plan)
             else:
@@ -168,10 +173,11 @@ def _lead(
     memory.assigned = view.step
     memory.assignments += 1
     near = np.flatnonzero(view.in_touch)
-    orders = plan(view, near.tolist(), view.heard_cell[near])
-    lowest = int(near.min()) == view.robot
+    robots = near.tolist()
+    orders = plan(view, robots, view.heard_cell[near])
+    lowest = robots[0] == view.robot
     said: list[Message] = []
-    for robot, order in zip(near.tolist(), orders, strict=True):
+    for robot, order in zip(robots, orders, strict=True):
         if robot == view.robot:
             if lowest:
                 driver.follow(view, order)

@@ -6,15 +6,21 @@ lowered by the probability P(|t - t'|) that a robot at t sees t'. Then the next 
 robot has a target.
 """
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conav.compiled import kernel
 from conav.exploration.frontier_targets import Targets
 
-Seen = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Probability that a target is seen from a distance [planning cells], element by element."""
+
+class Seen(NamedTuple):
+    """The probability P(d) that a target is seen, by its distance d; `probability` has it."""
+
+    reach: float  # [planning cells], above 0
+    share: NDArray[np.float64]  # (n_parts,) for equal parts of the reach
+    slope: float = 0.0  # what is lost up to the end of the reach
 
 
 def assign_by_utility(
@@ -31,29 +37,70 @@ def assign_by_utility(
     robots are believed to be heading for. Ties go to the lower robot, then the lower cell.
     """
     goals = np.full(len(values), -1, dtype=np.int64)
-    utility = np.ones(len(targets.cells))
-    row, col = np.divmod(targets.cells, cols)
-    for cell in taken.tolist():
-        _reduce(utility, row, col, cell // cols, cell % cols, seen)
-    reachable = np.isfinite(values)
-    prices = beta * np.where(reachable, values, 0.0)
-    left = np.asarray(reachable.any(axis=1), dtype=np.bool_)
-    while left.any():
-        worth = np.where(reachable & left[:, None], utility - prices, -np.inf)
-        robot, target = divmod(int(np.argmax(worth)), len(targets.cells))
-        goals[robot] = targets.cells[target]
-        left[robot] = False
-        _reduce(utility, row, col, int(row[target]), int(col[target]), seen)
+    _assign(targets.cells, values, beta, cols, *seen, taken, goals)
     return goals
 
 
+@kernel
+def probability(distance: float, reach: float, share: NDArray[np.float64], slope: float) -> float:
+    """P(d) [planning cells]: `share[k] - slope d / reach` in part k of the reach, 0 beyond it."""
+    if distance > reach:
+        return 0.0
+    near = distance / reach
+    parts = share.shape[0]
+    return share[min(int(near * parts), parts - 1)] - slope * near
+
+
+@kernel
+def _assign(
+    cells: NDArray[np.int64],
+    values: NDArray[np.float64],
+    beta: float,
+    cols: int,
+    reach: float,
+    share: NDArray[np.float64],
+    slope: float,
+    taken: NDArray[np.int64],
+    goals: NDArray[np.int64],
+) -> None:
+    """Write a target cell for each robot that can reach one to `goals`, all -1 so far."""
+    robots = values.shape[0]
+    utility = np.ones(cells.shape[0])
+    for i in range(taken.shape[0]):
+        _reduce(utility, cells, cols, taken[i], reach, share, slope)
+    for _ in range(robots):
+        best = -np.inf
+        robot = -1
+        target = -1
+        for i in range(robots):
+            if goals[i] >= 0:
+                continue
+            for j in range(cells.shape[0]):
+                # Where everything is worth minus infinity the first is as good as any.
+                if values[i, j] < np.inf and (utility[j] - beta * values[i, j] > best or robot < 0):
+                    best = utility[j] - beta * values[i, j]
+                    robot = i
+                    target = j
+        if robot < 0:
+            break
+        goals[robot] = cells[target]
+        _reduce(utility, cells, cols, cells[target], reach, share, slope)
+
+
+@kernel
 def _reduce(
     utility: NDArray[np.float64],
-    row: NDArray[np.int64],
-    col: NDArray[np.int64],
-    at_row: int,
-    at_col: int,
-    seen: Seen,
+    cells: NDArray[np.int64],
+    cols: int,
+    place: int,
+    reach: float,
+    share: NDArray[np.float64],
+    slope: float,
 ) -> None:
     """Lower the utility of all targets by the probability that they are seen from a place."""
-    utility -= seen(np.sqrt(((row - at_row) ** 2 + (col - at_col) ** 2).astype(np.float64)))
+    row = place // cols
+    col = place % cols
+    for j in range(cells.shape[0]):
+        down = cells[j] // cols - row
+        right = cells[j] % cols - col
+        utility[j] -= probability(np.sqrt(down * down + right * right), reach, share, slope)

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.exploration.belief import STOOD, Belief
+from conav.geometry.directions import DCOL, DROW
 from conav.geometry.sight import cells_in_sight
 from conav.geometry.sight_space import sight_space
+from conav.geometry.sparse_cells import cells_with_bits
 from conav.maps.occupancy_grid import UNKNOWN
 from conav.maps.planning_grid import Lattice
 from conav.robots.sensor import Sensor
@@ -30,7 +32,7 @@ class Viewpoints:
 
     places: NDArray[np.int64]  # (n,) flat planning cells, each once
     hidden: NDArray[np.int64]  # (n,) the lowest unknown fine cell that each may see
-    changes: tuple[int, int]  # of the belief when it was made
+    scans: int  # the belief had heard when it was made
     opened: tuple[int, int]  # places and ways known then
     hopeless: NDArray[np.uint8]  # (fine rows, fine cols) 1 for what no place known then may see
 
@@ -72,8 +74,7 @@ def viewpoints(belief: Belief, lattice: Lattice, sensor: Sensor) -> Viewpoints:
     """The viewpoints of a belief, those without any known move left out."""
     key = f"viewpoints {sensor.range_m!r} {sensor.occlusion}"
     before: Viewpoints | None = belief.derived.get(key)
-    changes = (int(belief.changes.sum()), belief.ways)
-    if before is not None and before.changes == changes:
+    if before is not None and before.scans == belief.scans:
         return before
     opened = (belief.opened, belief.ways)
     # What nothing could see before is looked at again only when a new place or way opens.
@@ -103,20 +104,56 @@ def viewpoints(belief: Belief, lattice: Lattice, sensor: Sensor) -> Viewpoints:
         places,
         sees,
     )
-    found = Viewpoints(places[:count].copy(), sees[:count].copy(), changes, opened, hopeless)
+    found = Viewpoints(places[:count].copy(), sees[:count].copy(), belief.scans, opened, hopeless)
     belief.derived[key] = found
     return found
 
 
 def unknown_beside_frontier(belief: Belief) -> NDArray[np.int64]:
     """Flat indices of the unknown cells with a frontier cell as straight neighbour, ascending."""
-    rows, cols = belief.cells.shape
-    at = np.flatnonzero(belief.frontier != 0)
-    row, col = np.divmod(at, cols)
-    around = np.concatenate(
-        [at[row > 0] - cols, at[row < rows - 1] + cols, at[col > 0] - 1, at[col < cols - 1] + 1]
-    )
-    return np.unique(around[belief.cells.reshape(-1)[around] == UNKNOWN])
+    at = np.empty(belief.frontier.size, dtype=np.int64)
+    at = at[: cells_with_bits(belief.frontier.reshape(-1), 1, at)]
+    hidden = np.empty(4 * len(at), dtype=np.int64)
+    hidden = hidden[: _unknown_beside(belief.cells, belief.frontier, at, hidden)]
+    return np.sort(hidden)
+
+
+@kernel
+def _unknown_beside(
+    cells: NDArray[np.uint8],
+    frontier: NDArray[np.uint8],
+    at: NDArray[np.int64],
+    hidden: NDArray[np.int64],
+) -> int:
+    """The number of unknown cells with one of the frontier cells `at` beside, written to `hidden`.
+
+    Each comes once, with the first of these that is beside it.
+    """
+    rows, cols = cells.shape
+    count = 0
+    for i in range(at.shape[0]):
+        row = at[i] // cols
+        col = at[i] - row * cols
+        for k in range(4):
+            r = row + DROW[k]
+            c = col + DCOL[k]
+            if r < 0 or r >= rows or c < 0 or c >= cols or cells[r, c] != UNKNOWN:
+                continue
+            first = True
+            for j in range(4):
+                r2 = r + DROW[j]
+                c2 = c + DCOL[j]
+                if (
+                    0 <= r2 < rows
+                    and 0 <= c2 < cols
+                    and frontier[r2, c2] != 0
+                    and r2 * cols + c2 < at[i]
+                ):
+                    first = False
+            if first:
+                hidden[count] = r * cols + c
+                count += 1
+    return count
 
 
 @kernel

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.directions import DCOL, DROW
+from conav.geometry.sparse_cells import cells_that_differ
 
 
 class Ground:
@@ -28,6 +29,7 @@ class Ground:
         short = max(shape) < 2**15
         self.runs = np.full((4, size), -1, dtype=np.int16 if short else np.int32)  # as `_set_run`
         self._parent = np.arange(size, dtype=np.int32)  # towards the cell that stands for its part
+        self._done = np.zeros(size, dtype=np.bool_)  # working space, all false between updates
 
     def copy(self) -> "Ground":
         """An independent ground with the same moves."""
@@ -36,21 +38,39 @@ class Ground:
         other.only = self.only.copy()
         other.runs = self.runs.copy()
         other._parent = self._parent.copy()
+        other._done = np.zeros_like(self._done)
         return other
 
     def update(self, moves: NDArray[np.uint8]) -> None:
         """Take over these moves."""
-        changed = np.flatnonzero(moves != self.moves)
-        if len(changed):
-            self.moves.reshape(-1)[changed] = moves.reshape(-1)[changed]
-            _mark(self.moves, changed, self.only, self.runs)
-            _unite(self.moves, changed, self._parent)
+        _update(moves, self.moves, self.only, self.runs, self._parent, self._done)
 
-    def parts(self, cells: NDArray[np.int64]) -> NDArray[np.int32]:
-        """A number for each cell; two have the same where a path leads from one to the other."""
-        found = np.empty(len(cells), dtype=np.int32)
-        _find_parts(self._parent, cells, found)
-        return found
+    def reachable(self, cells: NDArray[np.int64], starts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Those of some cells to which a path leads from one of the starts, in their order."""
+        found = np.empty(len(cells), dtype=np.int64)
+        return found[: _reachable(self._parent, cells, starts, found)]
+
+
+@kernel
+def _update(
+    given: NDArray[np.uint8],
+    moves: NDArray[np.uint8],
+    only: NDArray[np.uint8],
+    runs: Any,  # (4, rows * cols) of a signed type
+    parent: NDArray[np.int32],
+    done: NDArray[np.bool_],
+) -> None:
+    """Take the given moves over, and follow them with all that is kept beside them."""
+    flat = moves.reshape(-1)
+    new = given.reshape(-1)
+    changed = np.empty(moves.size, dtype=np.int64)
+    count = cells_that_differ(new, flat, changed)
+    if count > 0:
+        changed = changed[:count]
+        for i in range(count):
+            flat[changed[i]] = new[changed[i]]
+        _mark(moves, changed, only, runs, done)
+        _unite(moves, changed, parent)
 
 
 @kernel
@@ -59,13 +79,14 @@ def _mark(
     changed: NDArray[np.int64],
     only: NDArray[np.uint8],
     runs: Any,  # (4, rows * cols) of a signed type
+    done: NDArray[np.bool_],
 ) -> None:
     """Set bit k of `only` around changed cells: after a move k nothing but the natural follows.
 
     Natural is straight on, and after a diagonal move its two straight parts too. `runs` follow.
+    `changed` is ascending; `done` is false everywhere, before and after.
     """
     rows, cols = moves.shape
-    done = np.zeros(only.shape[0], dtype=np.uint8)
     marked = np.empty(min(9 * changed.shape[0], only.shape[0]), dtype=np.int64)
     count = 0
     for i in range(changed.shape[0]):
@@ -74,33 +95,51 @@ def _mark(
         for r in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
             for c in range(max(col - 1, 0), min(col + 1, cols - 1) + 1):
                 cell = r * cols + c
-                if done[cell] == 1:
+                if done[cell]:
                     continue
-                done[cell] = 1
+                done[cell] = True
                 marked[count] = cell
                 count += 1
-                here = moves[r, c]
-                marks = 0
-                for k in range(8):
-                    # Moves come and go, so where none leads back none led here.
-                    if here & (1 << (k ^ 2)) == 0:
-                        marks |= 1 << k
-                        continue
-                    if k < 4:
-                        left = _side_is_clear(moves, r, c, k, (k + 1) % 4, 4 + k, 4 + (k + 1) % 4)
-                        right = _side_is_clear(
-                            moves, r, c, k, (k + 3) % 4, 4 + (k + 3) % 4, 4 + (k + 2) % 4
-                        )
-                        clear = left and right
-                    else:
-                        clear = _diagonal_is_clear(moves, r, c, k)
-                    if clear:
-                        marks |= 1 << k
-                only[cell] = marks
+                only[cell] = _marks_at(moves, r, c)
     flat = moves.reshape(-1)
     for i in range(count):
+        done[marked[i]] = False
+    # A run is made from that of the next cell, so those are set first that lead nowhere new: from
+    # the last cell to the first for moves E and N. The other way round each cell would be set as
+    # often as its run is long.
+    for j in range(count):
         for k in range(4):
-            _set_run(flat, only, runs[k], marked[i], k, DROW[k] * cols + DCOL[k])
+            cell = marked[count - 1 - j] if k < 2 else marked[j]
+            _set_run(flat, only, runs[k], cell, k, DROW[k] * cols + DCOL[k])
+
+
+@kernel
+def _marks_at(moves: NDArray[np.uint8], r: int, c: int) -> int:
+    """What `only` is to be at a cell."""
+    rows, cols = moves.shape
+    if 0 < r < rows - 1 and 0 < c < cols - 1:
+        common = np.uint8(255)
+        for r2 in range(r - 1, r + 2):
+            for c2 in range(c - 1, c + 2):
+                common &= moves[r2, c2]
+        if common == 255:
+            return 255  # in the open every other cell around is reached without this one
+    here = moves[r, c]
+    marks = 0
+    for k in range(8):
+        # Moves come and go, so where none leads back none led here.
+        if here & (1 << (k ^ 2)) == 0:
+            marks |= 1 << k
+            continue
+        if k < 4:
+            left = _side_is_clear(moves, r, c, k, (k + 1) % 4, 4 + k, 4 + (k + 1) % 4)
+            right = _side_is_clear(moves, r, c, k, (k + 3) % 4, 4 + (k + 3) % 4, 4 + (k + 2) % 4)
+            clear = left and right
+        else:
+            clear = _diagonal_is_clear(moves, r, c, k)
+        if clear:
+            marks |= 1 << k
+    return marks
 
 
 @kernel
@@ -157,11 +196,34 @@ def _root(parent: NDArray[np.int32], cell: int) -> int:
 
 
 @kernel
-def _find_parts(
-    parent: NDArray[np.int32], cells: NDArray[np.int64], found: NDArray[np.int32]
-) -> None:
+def _reachable(
+    parent: NDArray[np.int32],
+    cells: NDArray[np.int64],
+    starts: NDArray[np.int64],
+    found: NDArray[np.int64],
+) -> int:
+    """The number of cells written to `found`: those in the part of a start."""
+    parts = np.empty(starts.shape[0], dtype=np.int64)
+    count = 0
+    for i in range(starts.shape[0]):
+        part = _root(parent, starts[i])
+        if not _is_among(part, parts, count):
+            parts[count] = part
+            count += 1
+    written = 0
     for i in range(cells.shape[0]):
-        found[i] = _root(parent, cells[i])
+        if _is_among(_root(parent, cells[i]), parts, count):
+            found[written] = cells[i]
+            written += 1
+    return written
+
+
+@kernel
+def _is_among(part: int, parts: NDArray[np.int64], count: int) -> bool:
+    among = False
+    for i in range(count):
+        among |= parts[i] == part
+    return among
 
 
 @kernel

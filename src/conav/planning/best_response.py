@@ -306,9 +306,12 @@ def _search(
                             count,
                             tolerated + 1,
                         )
-                        if known[edge - first] > 0:
-                            again = True
-                            continue
+                    # The edge may have been tested just now, for another state even: a way that was
+                    # chosen by what was known before is chosen anew.
+                    run = hits_to[sources[edge], by_state[state]] + known[edge - first]
+                    if run > fewest[state]:
+                        again = True
+                        continue
                     settled[state] = True
                     cost_to[head, state] = cheapest[state]
                     hits_to[head, state] = fewest[state]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import combinations
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,17 +69,32 @@ def min_clearance(
     most 4 `TOLERANCE_M` less than the truth and never more. Robots that stay are there until the
     horizon, those without a trajectory nowhere. None for fewer than two trajectories.
     """
+    return min((each.clearance_m for each in pair_clearances(problem, trajectories)), default=None)
+
+
+class Nearest(NamedTuple):
+    """How near two robots come to each other, beyond both radii, and when first so near."""
+
+    robots: tuple[int, int]
+    clearance_m: float
+    time_s: float
+
+
+def pair_clearances(
+    problem: PlanningProblem, trajectories: Sequence[Trajectory | None]
+) -> list[Nearest]:
+    """`min_clearance` of each two robots that have a trajectory."""
     ways = [_way(problem, index, item) for index, item in enumerate(trajectories)]
-    least: float | None = None
+    found: list[Nearest] = []
     for i, j in combinations(range(len(ways)), 2):
         a, b = ways[i], ways[j]
         if a is None or b is None:
             continue
         curved = _is_curved(trajectories[i]) + _is_curved(trajectories[j])
         reach = problem.robots[i].radius_m + problem.robots[j].radius_m
-        found = _least_distance(a, b) - reach - curved * TOLERANCE_M
-        least = found if least is None else min(least, found)
-    return least
+        distance, time_s = _least_distance(a, b)
+        found.append(Nearest((i, j), distance - reach - curved * TOLERANCE_M, time_s))
+    return found
 
 
 def _robot(problem: PlanningProblem, result: PlanningResult, index: int) -> dict[str, Any]:
@@ -112,7 +127,8 @@ def _is_curved(trajectory: Trajectory | None) -> bool:
     return trajectory is not None and bool(trajectory.pieces[:, 6:].any())
 
 
-def _least_distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+def _least_distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> tuple[float, float]:
+    """The least distance of two ways while both last, and the first time they are so near."""
     end = min(a[-1, 2], b[-1, 2])
     times = np.unique(np.concatenate([a[:, 2], b[:, 2]]))
     times = times[times <= end]
@@ -123,7 +139,10 @@ def _least_distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     towards = -(gap[:-1] * drift).sum(axis=1)
     share = np.clip(towards / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     nearest = np.concatenate([gap[:1], gap[:-1] + share[:, np.newaxis] * drift, gap[-1:]])
-    return float(np.sqrt((nearest * nearest).sum(axis=1)).min())
+    when = np.concatenate([times[:1], times[:-1] + share * np.diff(times), times[-1:]])
+    distances = np.sqrt((nearest * nearest).sum(axis=1))
+    first = int(distances.argmin())
+    return float(distances[first]), float(when[first])
 
 
 def _finite(value: float) -> float | None:

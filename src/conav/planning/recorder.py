@@ -4,7 +4,7 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
-from math import atan2, cos, isfinite, pi, sin
+from math import isfinite
 from types import TracebackType
 from typing import Any, cast
 
@@ -12,21 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.planning.budget import Progress
+from conav.planning.plan_topics import write_motion, write_scenery
 from conav.planning.recorded import problem_record
-from conav.planning.trajectory import headings, polyline, positions
-from conav.planning.types import DUBINS_CAR, PlanningProblem, PlanningResult, Region, Trajectory
+from conav.planning.types import PlanningProblem, PlanningResult, Trajectory
 from conav.runs.plan_writer import PlanWriter
-from conav.runs.scenery_writer import Colour
 from conav.runs.schemas import FORMAT
-from conav.runs.topic_names import topic_names
-
-POSE_EVERY_S = 0.2  # [s] of the plan, between two poses on the ROS topics
-_CIRCLE = 48  # corners of a disc that is drawn as a line
-
-_WALL: Colour = (0.2, 0.2, 0.2, 1.0)
-_OBSTACLE: Colour = (0.4, 0.4, 0.4, 1.0)
-_REGION: Colour = (0.1, 0.6, 0.3, 0.8)
-_ROBOT: Colour = (0.1, 0.4, 0.8, 0.9)
 
 
 class PlanRecorder:
@@ -48,7 +38,6 @@ class PlanRecorder:
         self._problem = problem
         self._trajectories: list[Trajectory | None] = [None] * len(problem.robots)
         self._entries = 0  # of the history, written
-        self._names = topic_names([robot.name for robot in problem.robots])
         self._writer = PlanWriter(path)
         header = {
             "format": FORMAT,
@@ -59,7 +48,7 @@ class PlanRecorder:
             "seed": seed,
         }
         self._writer.header(header)
-        self._scenery()
+        write_scenery(self._writer, problem)
         self._writer.flush()
 
     def __enter__(self) -> "PlanRecorder":
@@ -127,7 +116,7 @@ class PlanRecorder:
             },
         )
         self._writer.flush()
-        self._paths(end_s)
+        write_motion(self._writer, self._problem, self._trajectories)
         self._writer.timing(
             {
                 "compute_s": f"{compute_s:.6f}",
@@ -145,67 +134,6 @@ class PlanRecorder:
                 continue
             self._writer.trajectory(robot, None if new is None else new.pieces)
             self._trajectories[robot] = new
-
-    def _scenery(self) -> None:
-        problem = self._problem
-        lines = [("walls", ring, _WALL) for ring in problem.floor.rings]
-        for robot in problem.robots:
-            lines += [
-                (f"{robot.name}/{key}", _outline(region), _REGION)
-                for key, region in robot.regions.items()
-            ]
-        round_ones = [("obstacles", "map", disc, _OBSTACLE) for disc in _discs(problem.discs)]
-        round_ones += [
-            ("robots", f"{name}/base_link", (0.0, 0.0, robot.radius_m), _ROBOT)
-            for name, robot in zip(self._names, problem.robots, strict=True)
-        ]
-        self._writer.scenery("/scene", lines, round_ones)
-
-    def _paths(self, end_s: float) -> None:
-        """Paths at once, then poses in the order of their times."""
-        moving = [
-            (name, robot, one, robot.start[2] if robot.motion == DUBINS_CAR else 0.0)
-            for name, robot, one in zip(
-                self._names, self._problem.robots, self._trajectories, strict=True
-            )
-            if one is not None
-        ]
-        for name, _, one, first in moving:
-            points = polyline(one)
-            facing = headings(one, points[:, 2], first).tolist()
-            poses = [(t, x, y, yaw) for (x, y, t), yaw in zip(points.tolist(), facing, strict=True)]
-            self._writer.way(f"/{name}/path", poses)
-        times = np.append(np.arange(0.0, end_s, POSE_EVERY_S), end_s)
-        places = [positions(one, times).tolist() for _, _, one, _ in moving]
-        yaws = [headings(one, times, first).tolist() for _, _, one, first in moving]
-        for k, t in enumerate(times.tolist()):
-            here = [
-                i
-                for i, (_, robot, one, _) in enumerate(moving)
-                if robot.after_arrival == "stay" or t <= one.arrival_s
-            ]
-            self._writer.poses(
-                round(t * 1e9),
-                [moving[i][0] for i in here],
-                [(*places[i][k], _wrapped(yaws[i][k])) for i in here],
-            )
-
-
-def _wrapped(angle: float) -> float:
-    return atan2(sin(angle), cos(angle))
-
-
-def _outline(region: Region) -> NDArray[np.float64]:
-    if region.polygon is not None:
-        return region.polygon
-    assert region.disc is not None
-    x, y, radius = region.disc
-    angles = 2.0 * pi * np.arange(_CIRCLE) / _CIRCLE
-    return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
-
-
-def _discs(discs: NDArray[np.float64]) -> list[tuple[float, float, float]]:
-    return [(x, y, radius) for x, y, radius in discs.tolist()]
 
 
 def _plain(value: Any) -> Any:

@@ -65,6 +65,33 @@ def relative_bending(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
 
 
 @kernel
+def nearest_as_straight(
+    a: NDArray[np.float64], b: NDArray[np.float64], begin: float, end: float
+) -> tuple[float, float, float]:
+    """The least distance of two pieces if both kept their velocity of the middle of two times.
+
+    Also the time of it, and how far apart they are then.
+    """
+    h = (end - begin) / 2.0
+    t = begin + h
+    ax, ay = place_at(a, t)
+    bx, by = place_at(b, t)
+    avx, avy = velocity_at(a, t)
+    bvx, bvy = velocity_at(b, t)
+    x = bx - ax
+    y = by - ay
+    vx = bvx - avx
+    vy = bvy - avy
+    square = vx * vx + vy * vy
+    s = 0.0
+    if square > 0.0:
+        s = min(max(-(x * vx + y * vy) / square, -h), h)
+    ax, ay = place_at(a, t + s)
+    bx, by = place_at(b, t + s)
+    return np.hypot(x + vx * s, y + vy * s), t + s, np.hypot(bx - ax, by - ay)
+
+
+@kernel
 def least_apart(
     a: NDArray[np.float64], b: NDArray[np.float64], begin: float, end: float, enough: float
 ) -> tuple[float, float, float]:
@@ -73,6 +100,9 @@ def least_apart(
     Distances from `enough` on are of no interest: both bounds may then be any number above it.
     """
     curved = relative_bending(a, b)
+    if curved == 0.0:
+        bound, when, found = nearest_as_straight(a, b, begin, end)
+        return min(bound, found), found, min(max(when, begin), end)
     starts = np.empty(_STACK)
     ends = np.empty(_STACK)
     starts[0] = begin
@@ -86,32 +116,17 @@ def least_apart(
         t0 = starts[height]
         t1 = ends[height]
         h = (t1 - t0) / 2.0
-        t = t0 + h
-        ax, ay = place_at(a, t)
-        bx, by = place_at(b, t)
-        avx, avy = velocity_at(a, t)
-        bvx, bvy = velocity_at(b, t)
-        x = bx - ax
-        y = by - ay
-        vx = bvx - avx
-        vy = bvy - avy
-        square = vx * vx + vy * vy
-        s = 0.0
-        if square > 0.0:
-            s = min(max(-(x * vx + y * vy) / square, -h), h)
-        bound = np.hypot(x + vx * s, y + vy * s) - curved * h * h / 2.0
-        ax, ay = place_at(a, t + s)
-        bx, by = place_at(b, t + s)
-        found = np.hypot(bx - ax, by - ay)
+        bound, at, found = nearest_as_straight(a, b, t0, t1)
+        bound -= curved * h * h / 2.0
         if found < high:
             high = found
-            when = t + s
+            when = at
         if bound >= min(high - SHARP, enough) or h < _SHORTEST or height + 2 > _STACK:
             low = min(low, bound)
             continue
         starts[height] = t0
-        ends[height] = t
-        starts[height + 1] = t
+        ends[height] = t0 + h
+        starts[height + 1] = t0 + h
         ends[height + 1] = t1
         height += 2
     # Rounding alone can put the lower bound above the upper, or the time outside.

@@ -24,7 +24,7 @@ from conav.planning.verify_graph import (
 )
 from conav.planning.verify_scene import LARGEST, TOLERANCE, Body, Check, Scene, Violation, is_number
 from conav.planning.verify_task import Unreadable, names_in, read_formula
-from conav.planning.verify_traffic import clear_edges, clear_rests, others
+from conav.planning.verify_traffic import CLEAR, PERHAPS, crowd_around, way_of_edges, way_of_rests
 from conav.runs.types import PlanRun
 
 _SOLVERS = ("inash", "inash-restarts", "social-optimum")
@@ -107,18 +107,15 @@ def _robot(
     )
     masks = sorted({*labels.tolist(), *edges.labels.tolist()})
     table = backward_table(formula, names, masks)
-    gains = [
-        _gain(scene, number, body, vertices, edges, labels, table, present, only_sure)
-        for only_sure in (True, False)
-    ]
-    if gains[0] == inf:
+    sure, at_most = _gains(scene, number, body, vertices, edges, labels, table, present)
+    if sure == inf:
         return "has no path, and there is one on its graph"
-    if gains[0] > said + TOLERANCE:
-        return f"could gain {gains[0]:.9g} alone, and epsilon is {said:.9g}"
-    if gains[1] < said - TOLERANCE:
-        return f"could gain no more than {gains[1]:.9g} alone, and epsilon is {said:.9g}"
-    if gains[1] > said + TOLERANCE:
-        check.notes.append(f"{body.name} might gain {gains[1]:.3g} if rounding had it otherwise")
+    if sure > said + TOLERANCE:
+        return f"could gain {sure:.9g} alone, and epsilon is {said:.9g}"
+    if at_most < said - TOLERANCE:
+        return f"could gain no more than {at_most:.9g} alone, and epsilon is {said:.9g}"
+    if at_most > said + TOLERANCE:
+        check.notes.append(f"{body.name} might gain {at_most:.3g} if rounding had it otherwise")
     return ""
 
 
@@ -167,7 +164,7 @@ def region_arrays(
     return discs.reshape(-1, 3), rings, np.concatenate([np.empty((0, 4)), *sides])
 
 
-def _gain(
+def _gains(
     scene: Scene,
     number: int,
     body: Body,
@@ -176,14 +173,13 @@ def _gain(
     labels: NDArray[np.int64],
     table: Table,
     present: Costs,
-    only_sure: bool,
-) -> float:
+) -> tuple[float, float]:
     """The most a path on the graph gains in one component without losing in another.
 
-    Infinite where the robot has no path and there is one; 0 where nothing can be gained.
+    First without, then with all that rounding could decide. Infinite where the robot has no path
+    and there is one; 0 where nothing can be gained.
     """
-    margin = _MARGIN if only_sure else -_MARGIN
-    tracks, firsts, needed = others(scene, number, margin)
+    crowd = crowd_around(scene, number)
     lengths = np.hypot(*(vertices[edges.heads, :2] - vertices[edges.tails, :2]).T)
     times = vertices[:, 2]
     parts = {
@@ -196,32 +192,35 @@ def _gain(
         "duration": times,
     }
     least = np.column_stack([so_far[name] for name in scene.costs])
-    useful = (least[edges.tails] + costs <= np.array(present) + TOLERANCE).all(axis=1)
-    if only_sure:
-        useful &= edges.sure
-    used = np.flatnonzero(useful)
-    clear = clear_edges(vertices, edges.tails[used], edges.heads[used], tracks, firsts, needed)
-    used = used[clear]
-    can_end = np.ones(len(vertices), np.bool_)
+    useful = np.flatnonzero(
+        (least[edges.tails] + costs <= np.array(present) + TOLERANCE).all(axis=1)
+    )
+    ways = way_of_edges(vertices, edges.tails[useful], edges.heads[useful], crowd, _MARGIN)
+    rests = np.full(len(vertices), CLEAR, np.int8)
     if body.stays:
-        can_end = clear_rests(vertices, scene.horizon, tracks, firsts, needed)
+        rests = way_of_rests(vertices, scene.horizon, crowd, _MARGIN)
     column = {mask: i for i, mask in enumerate(table.masks)}
     letters = np.array([column[mask] for mask in labels.tolist()], dtype=np.int64)
     words = np.array([column[mask] for mask in edges.labels.tolist()], dtype=np.int64)
-    if len(scene.costs) == 1:
-        best = _least_to_end(
-            letters, can_end, used, edges.tails, edges.heads, edges.first, words,
-            costs[:, 0], table.ends, table.before, table.good,
-        )  # fmt: skip
-        found = [(best,)] if best < inf else []
-    else:
-        found = _pareto_to_end(letters, can_end, used, edges, words, costs, table, present)
-    gains = [
-        max(a - b for a, b in zip(present, one, strict=True))
-        for one in found
-        if all(b <= a + 1e-9 for a, b in zip(present, one, strict=True))
-    ]
-    return max([0.0, *gains])
+
+    def gain(used: NDArray[np.int64], can_end: NDArray[np.bool_]) -> float:
+        if len(scene.costs) == 1:
+            best = _least_to_end(
+                letters, can_end, used, edges.tails, edges.heads, edges.first, words,
+                costs[:, 0], table.ends, table.before, table.good,
+            )  # fmt: skip
+            found = [(best,)] if best < inf else []
+        else:
+            found = _pareto_to_end(letters, can_end, used, edges, words, costs, table, present)
+        gains = [
+            max(a - b for a, b in zip(present, one, strict=True))
+            for one in found
+            if all(b <= a + 1e-9 for a, b in zip(present, one, strict=True))
+        ]
+        return max([0.0, *gains])
+
+    sure = useful[(ways == CLEAR) & edges.sure[useful]]
+    return gain(sure, rests == CLEAR), gain(useful[ways >= PERHAPS], rests >= PERHAPS)
 
 
 @kernel

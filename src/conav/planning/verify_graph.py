@@ -110,16 +110,21 @@ def _edges(
     count = 0
     used = 0
     first[0] = 0
-    n = len(order)
-    for i in range(n):
+    near = np.empty(len(shapes), np.int64)  # shapes that an edge from this tail may meet
+    spares = np.empty(len(shapes))  # how much farther the tail is from each than it must be
+    farthest = reach.max() * (1.0 + 1e-9)
+    for i in range(len(order)):
         u = order[i]
-        for j in range(i):
+        beside = -1  # how many shapes are near; -1: not yet looked for
+        for j in range(i - 1, -1, -1):
             w = order[j]
             dt = vertices[w, 2] - vertices[u, 2]
+            cone = speed * dt
+            if cone > farthest:  # and so are all that are later
+                break
             if dt <= 0.0 or (not forward and u > w):
                 continue
             radius = reach[max(u, w)]
-            cone = speed * dt
             if cone > radius * (1.0 + 1e-12):
                 continue
             dx = vertices[w, 0] - vertices[u, 0]
@@ -132,15 +137,12 @@ def _edges(
             ax, ay = vertices[u, 0], vertices[u, 1]
             bx, by = vertices[w, 0], vertices[w, 1]
             spare = np.inf
-            for k in range(len(shapes)):
-                needed = shapes[k, 4] + 1e-9
-                if (
-                    min(ax, bx) - max(shapes[k, 0], shapes[k, 2]) > needed
-                    or min(shapes[k, 0], shapes[k, 2]) - max(ax, bx) > needed
-                    or min(ay, by) - max(shapes[k, 1], shapes[k, 3]) > needed
-                    or min(shapes[k, 1], shapes[k, 3]) - max(ay, by) > needed
-                ):
+            if beside < 0:
+                beside = _shapes_near(ax, ay, farthest, shapes, near, spares)
+            for c in range(beside):
+                if spares[c] > plane + 2e-9:
                     continue
+                k = near[c]
                 gap = segment_to_segment(
                     ax, ay, bx, by, shapes[k, 0], shapes[k, 1], shapes[k, 2], shapes[k, 3]
                 )
@@ -163,6 +165,34 @@ def _edges(
             pairs[count, 2] = SURE if sure and clear else PERHAPS
             count += 1
             first[count] = used
+    return count
+
+
+@kernel
+def _shapes_near(
+    x: float,
+    y: float,
+    reach: float,
+    shapes: NDArray[np.float64],
+    near: NDArray[np.int64],
+    spares: NDArray[np.float64],
+) -> int:
+    """How many shapes somebody may touch who goes so far from a place; written into `near`."""
+    count = 0
+    for k in range(len(shapes)):
+        far = reach + shapes[k, 4] + 2e-9
+        if (
+            x - max(shapes[k, 0], shapes[k, 2]) > far
+            or min(shapes[k, 0], shapes[k, 2]) - x > far
+            or y - max(shapes[k, 1], shapes[k, 3]) > far
+            or min(shapes[k, 1], shapes[k, 3]) - y > far
+        ):
+            continue
+        away = point_to_segment(x, y, shapes[k, 0], shapes[k, 1], shapes[k, 2], shapes[k, 3])
+        if away <= far:
+            near[count] = k
+            spares[count] = away - shapes[k, 4]
+            count += 1
     return count
 
 

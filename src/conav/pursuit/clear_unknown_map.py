@@ -6,23 +6,20 @@ when all is explored, where the paper adds one at once. Then the search of `clea
 from where pursuers stand and with what they know to be clear; newcomers enter where the first did.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from conav.errors import InputError
-from conav.pursuit.clear_known_map import LARGEST, grown_team, ways_to_posts
+from conav.pursuit.catalogue import OnProgress
+from conav.pursuit.clear_known_map import no_plan, ways_to_posts
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch, Move
-from conav.pursuit.navigation_graph import walking_distances, way_to
 from conav.pursuit.roadmap import make_roadmap
 from conav.pursuit.sensor import Point, Sensor
-from conav.pursuit.sweep import Sweep
+from conav.pursuit.team import may_grow, team_of
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
+from conav.pursuit.unknown_floor_team import UnknownFloorTeam
 from conav.status import Status
-
-OnProgress = Callable[[int, int], bool]
-"""Told how many pursuers there are and how many states were expanded; False ends it."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ class _Run:
                     f"pursuer {one.name!r}", f"starts at ({x:g}, {y:g}), off the floor", "move it"
                 )
         self.sensor = sensor
-        self.sweep = Sweep(sensor, problem.pursuers)
+        self.sweep = UnknownFloorTeam(sensor, problem.pursuers)
         self.explored = 0
         self.pursuits = 0
         self.expanded = 0
@@ -126,17 +123,16 @@ class _Run:
         return bool(found.moves)
 
     def _to_nearest(self, targets: tuple[Point, ...]) -> None:
-        graph = self.sweep.search.roadmap
+        graph = self.sweep.graph
         ends = [graph.points.index(target) for target in targets]
-        best: tuple[float, int, list[int]] | None = None
-        for i, start in enumerate(self.sweep.numbers()):
-            metres, before = walking_distances(graph, start)
-            end = min(ends, key=lambda one: (float(metres[one]), one))
-            if best is None or metres[end] < best[0]:
-                best = float(metres[end]), i, way_to(before, start, end)
-        assert best is not None
-        for place in [graph.points[number] for number in best[2][1:]]:
-            self.sweep.drive(best[1], place)
+        ways = [
+            (float(graph.distances[start, end]), i, start, end)
+            for i, start in enumerate(self.sweep.numbers())
+            for end in ends
+        ]
+        _, i, start, end = min(ways)
+        for place in graph.way(start, end)[1:]:
+            self.sweep.drive(i, graph.points[place])
 
     def pursue(self) -> None:
         """Clear the known part of the floor where a way to do it is found."""
@@ -174,7 +170,7 @@ class _Run:
         posts: tuple[int, ...] | None = None
         size = first
         while True:
-            pursuers = grown_team(problem, size)
+            pursuers = team_of(problem, size)
             newcomers = pursuers[first:]
             if posts is not None and size >= len(posts):
                 begin = [
@@ -200,16 +196,12 @@ class _Run:
                     return self._carry_out(search, newcomers, found.moves)
                 if not found.exhausted and found.expanded < method.budget:
                     return self._result(Status.OUT_OF_BUDGET, "it was stopped")
-            if size >= LARGEST or (problem.most is not None and size >= problem.most):
+            if not may_grow(problem, size):
                 break
             if size == first:
                 posts = guard_posts(searches[0].roadmap, searches[0].shadows)
             size += 1
-        word = "pursuer" if size == 1 else "pursuers"
-        reason = (
-            f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
-        )
-        return self._result(Status.OUT_OF_BUDGET, reason)
+        return self._result(Status.OUT_OF_BUDGET, no_plan(size))
 
     def _carry_out(
         self,

@@ -14,8 +14,8 @@ def schedule_of(
 ) -> Schedule:
     """The schedule in which pursuers make these moves one after the other, at top speed.
 
-    A move from a place is made by the first pursuer there. Everybody sees all the time; without
-    moves, in a moment.
+    A move from a place is made by the first pursuer there. Everybody sees all the time. Without
+    moves there is one leg of no duration, in which they look round.
     """
     at = np.array([one.start for one in pursuers], dtype=np.float64)
     positions, times = [at.copy()], [0.0]

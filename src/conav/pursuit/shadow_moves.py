@@ -243,6 +243,13 @@ def _inner_point(border: Floats) -> Point | None:
     return float(point.x), float(point.y)
 
 
+def shadow_numbers(
+    moves: ShadowMoves, cells: ViewCells, labels: Ints, team: tuple[Point, ...]
+) -> list[list[int]]:
+    """For each label of cells, shape (cells,), the numbers of the team's shadow that it is."""
+    return _same_shadows(_measures(cells_measures(moves.floor, cells), labels), moves.shadows(team))
+
+
 def _same_shadows(measures: Floats, shadows: Shadows) -> list[list[int]]:
     """For rows of measures the numbers of the shadows with the same; several where in doubt."""
     scale = float(np.abs(shadows.measures).max(initial=1.0))

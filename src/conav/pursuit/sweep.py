@@ -1,167 +1,80 @@
-"""A team on a floor nobody gave it: what it knows, where it stands, what may be contaminated.
+"""Clearing one shadow of standing guards with one pursuer: best first over its pursuit graph."""
 
-All that is decided rests on the survey. What lies beyond its frontiers is one contaminated region
-(`shadow_moves`). A shadow that is clear reaches no frontier, so it is a shadow of the whole floor
-too, and a larger survey has it again, by its measures; all others are contaminated. A drive is
-judged after it was made, with what was seen at its end, where less of the floor is unknown.
-"""
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from itertools import pairwise
-from typing import Any
-
-import numpy as np
-import shapely
-
-from conav.pursuit.beliefs import hidden_now
-from conav.pursuit.known_map import KnownMapSearch
-from conav.pursuit.navigation_graph import navigation_graph
-from conav.pursuit.sensor import Point, Sensor
-from conav.pursuit.shadow_moves import SAME, ShadowMoves, Shadows, apply
-from conav.pursuit.survey import begin_survey
-from conav.pursuit.types import HiddenRegion, Pursuer, Schedule
+from conav.pursuit.known_map import Move
+from conav.pursuit.navigation_graph import NavigationGraph
+from conav.pursuit.pursuit_graph import drives
+from conav.pursuit.shadow_labels import ShadowLabels
 
 
-class Sweep:
-    """Pursuers that look, drive and are joined by others; one drives at a time."""
+@dataclass(frozen=True)
+class Swept:
+    """What a search found: drives, None where there are none or the budget ended first."""
 
-    def __init__(self, sensor: Sensor, pursuers: tuple[Pursuer, ...]) -> None:
-        self._sensor = sensor
-        self.pursuers = list(pursuers)
-        self.team = [_place(one) for one in pursuers]
-        survey = begin_survey(sensor.look(self.team[0]))
-        for place in self.team[1:]:
-            survey = survey.add(sensor.look(place))
-        self.survey = survey
-        self.search = self._new_search()
-        self.dirty = (1 << self._shadows().count) - 1
-        self.beliefs: dict[int, tuple[HiddenRegion, ...]] = {}
-        self.history: list[dict[str, Any]] = []
-        self.recontaminations = 0
-        self.distance_m = 0.0
-        self._times = [0.0]
-        self._rows = [list(self.team)]
-        regions = hidden_now(self.search.shadows, tuple(self.team), self.dirty)
-        self._contaminated = _contaminated(regions)
-
-    @property
-    def legs(self) -> int:
-        """How many drives were made, and looks without one."""
-        return len(self._times) - 1
-
-    @property
-    def drives(self) -> int:
-        """Legs in which somebody moved."""
-        return sum(a != b for a, b in pairwise(self._times))
-
-    @property
-    def done(self) -> bool:
-        """Whether nothing is unexplored and nothing contaminated."""
-        return self.survey.complete and self.dirty == 0
-
-    def numbers(self) -> list[int]:
-        """Where the team stands, as places of the navigation graph."""
-        return [self.search.roadmap.points.index(place) for place in self.team]
-
-    def note(self, what: str, **more: Any) -> None:
-        """Enter something into the history."""
-        self.history.append({"leg": self.legs, "what": what, **more})
-
-    def drive(self, i: int, to: Point) -> None:
-        """Pursuer i drives straight to a place of the known region that it sees, and looks."""
-        start, team = self.team[i], tuple(self.team)
-        known_before = self.survey.known.polygon
-        survey = self.survey.add(self._sensor.look(to))
-        if survey is not self.survey:
-            old = self.search.shadows
-            self.survey = survey
-            self.search = self._new_search()
-            self.dirty = carried_over(old, self.search.shadows, team, self.dirty)
-        others = (*team[:i], *team[i + 1 :])
-        self.dirty = apply(self.search.shadows.move(others, start, to), self.dirty)
-        self.team[i] = to
-        length = float(np.sqrt((to[0] - start[0]) ** 2 + (to[1] - start[1]) ** 2))
-        self.distance_m += length
-        self._times.append(self._times[-1] + length / self.pursuers[i].speed_mps)
-        self._rows.append(list(self.team))
-        before = self._contaminated
-        regions = hidden_now(self.search.shadows, tuple(self.team), self.dirty)
-        self.beliefs[self.legs - 1] = regions
-        self._contaminated = _contaminated(regions)
-        again = shapely.difference(shapely.intersection(self._contaminated, known_before), before)
-        if shapely.area(again) > 1e-6 * self.survey.known.area:
-            self.recontaminations += 1
-
-    def stand(self) -> None:
-        """Everybody looks where it stands, in no time: a leg for those who never drive."""
-        self._times.append(self._times[-1])
-        self._rows.append(list(self.team))
-        self.beliefs[self.legs - 1] = hidden_now(self.search.shadows, tuple(self.team), self.dirty)
-
-    def enter(self, newcomer: Pursuer) -> None:
-        """One more pursuer comes in, at a place that was visited, and looks."""
-        place = _place(newcomer)
-        assert place in self.survey.visited, "newcomers enter where somebody looked before"
-        self.dirty = self.dirty_with(place)
-        self.pursuers.append(newcomer)
-        self.team.append(place)
-        regions = hidden_now(self.search.shadows, tuple(self.team), self.dirty)
-        self._contaminated = _contaminated(regions)
-        self.note("enters", pursuer=newcomer.name)
-
-    def dirty_with(self, *newcomers: Point) -> int:
-        """What is contaminated when pursuers come in at these places."""
-        team, dirty = tuple(self.team), self.dirty
-        for place in newcomers:
-            dirty = apply(self.search.shadows.enter(team, place), dirty)
-            team = (*team, place)
-        return dirty
-
-    def schedule(self) -> Schedule:
-        """What was driven up to now. Whoever came in later waits at its start, unseeing."""
-        n = len(self.pursuers)
-        starts = [_place(one) for one in self.pursuers]
-        positions = np.array([[*row, *starts[len(row) :]] for row in self._rows])
-        counts = np.array([len(row) for row in self._rows[1:]], dtype=np.int64)
-        active = np.arange(n)[None, :] < counts[:, None]
-        return Schedule(np.array(self._times), positions, active.reshape(-1, n))
-
-    def use(self, search: KnownMapSearch) -> None:
-        """Go on with another roadmap of the same known region."""
-        self.dirty = carried_over(self.search.shadows, search.shadows, tuple(self.team), self.dirty)
-        self.search = search
-
-    def _new_search(self) -> KnownMapSearch:
-        graph = navigation_graph(self.survey, (_place(self.pursuers[0]), *self.team))
-        frontiers = None if self.survey.complete else self.survey.frontiers
-        return KnownMapSearch(self.survey.mesh, graph, frontiers)
-
-    def _shadows(self) -> Shadows:
-        return self.search.shadows.shadows(tuple(self.team))
+    moves: tuple[Move, ...] | None
+    expanded: int
 
 
-def carried_over(old: ShadowMoves, new: ShadowMoves, team: tuple[Point, ...], dirty: int) -> int:
-    """What is contaminated when more of the floor is known, while the team stands.
+def sweep(
+    graph: NavigationGraph,
+    labels: ShadowLabels,
+    start: int,
+    *,
+    standing: Sequence[int],
+    within: Sequence[int],
+    contaminated: int,
+    weight: float,
+    budget: int,
+    go_on: Callable[[int], bool],
+) -> Swept:
+    """Drives after which nothing that was contaminated at the beginning still is.
 
-    A shadow stays clear when it was clear, and it is the same still; see above.
+    The pursuer begins at `start` and goes to places of `within` only; others stand. `contaminated`
+    are shadows of all of them. States are taken by metres driven plus `weight` times the square
+    root of the contaminated area, and passed over where one at the same place with no more
+    contamination was reached for no more metres. `go_on`, told how many states were expanded, ends
+    it by False.
     """
-    before, after = old.shadows(team), new.shadows(team)
-    measures = before.measures.copy()
-    # First moments are about the first vertex.
-    measures[:, 1:3] += measures[:, :1] * (old.floor.vertices[0] - new.floor.vertices[0])
-    clear = measures[[not dirty >> i & 1 for i in range(len(measures))]]
-    result = (1 << after.count) - 1
-    for number, row in enumerate(after.measures):
-        if len(clear) and np.abs(clear - row).max(axis=1).min() <= SAME * np.abs(row).max():
-            result &= ~(1 << number)
-    return result
+    allowed = frozenset(within)
+    posts = tuple(graph.points[place] for place in standing)
+
+    def rank(cost: float, place: int, dirty: int) -> float:
+        areas = labels.shadows.shadows((*posts, graph.points[place])).areas.tolist()
+        left = sum(area for i, area in enumerate(areas) if dirty >> i & 1)
+        return cost + weight * max(left, 0.0) ** 0.5
+
+    parents: list[tuple[int, Move | None]] = [(-1, None)]
+    waiting = [(rank(0.0, start, contaminated), 0, 0.0, start, contaminated)]
+    reached: dict[int, list[tuple[int, float]]] = {}
+    expanded = 0
+    while waiting:
+        _, number, cost, place, dirty = heapq.heappop(waiting)
+        if dirty == 0:
+            moves: list[Move] = []
+            number, move = parents[number]
+            while move is not None:
+                moves.append(move)
+                number, move = parents[number]
+            return Swept(tuple(moves[::-1]), expanded)
+        if _beaten(reached.get(place, ()), dirty, cost):
+            continue
+        reached.setdefault(place, []).append((dirty, cost))
+        if expanded >= budget or not go_on(expanded):
+            break
+        expanded += 1
+        for move, (places, after) in drives(graph, labels, (place,), dirty, standing, allowed):
+            paid = cost + float(graph.lengths[move.start, move.end])
+            if not _beaten(reached.get(places[0], ()), after, paid):
+                parents.append((number, move))
+                heapq.heappush(
+                    waiting,
+                    (rank(paid, places[0], after), len(parents) - 1, paid, places[0], after),
+                )
+    return Swept(None, expanded)
 
 
-def _place(pursuer: Pursuer) -> Point:
-    x, y = pursuer.start
-    return float(x), float(y)
-
-
-def _contaminated(regions: tuple[HiddenRegion, ...]) -> shapely.Geometry:
-    """The union of the regions that are not clear."""
-    parts = [shapely.Polygon(one.outer, one.holes) for one in regions if not one.clear]
-    return shapely.union_all([shapely.make_valid(part) for part in parts])
+def _beaten(known: Sequence[tuple[int, float]], dirty: int, cost: float) -> bool:
+    return any(bits & dirty == bits and paid <= cost for bits, paid in known)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from conav.maps.polygon_map import PolygonMap
+from conav.robots.fault import Fault
 from conav.status import Status
 
 
@@ -33,7 +34,8 @@ class PursuitProblem:
     The evader is a point and moves through the closed floor, borders included. It is caught when a
     pursuer sees it: when the straight segment between them lies in the closed floor and is no
     longer than the pursuer's range. With `known` false a pursuer knows of the floor what it has
-    seen or been told. `pursuers` are those to begin with; `most` says how many may be sent.
+    seen or been told. `pursuers` are those to begin with; `most` says how many may be sent, and
+    `faults` which of those sent are lost, and when.
     """
 
     floor: PolygonMap
@@ -41,10 +43,16 @@ class PursuitProblem:
     known: bool = True
     most: int | None = None  # None: no limit
     name: str = "floor"
+    faults: tuple[Fault, ...] = ()  # who is lost when; robots are numbered as pursuers are sent
 
     def __post_init__(self) -> None:
         if not self.pursuers:
             raise ValueError("a pursuit needs one pursuer at least")
+        for fault in self.faults:
+            if fault.kind != "dies":
+                raise ValueError(f"a pursuer that {fault.kind}; all it can do is die")
+        if len({fault.robot for fault in self.faults}) < len(self.faults):
+            raise ValueError("a pursuer dies twice")
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from conav.runs.mcap_records import Damage
 from conav.runs.schemas import (
     BELIEF,
     BELIEF_TOPIC,
+    DRIVEN_TOPIC,
     GRAPH,
     GRAPH_TOPIC,
     IMPROVEMENT_TOPIC,
@@ -27,6 +28,7 @@ from conav.runs.schemas import (
     decode_object,
 )
 from conav.runs.types import (
+    ExecutionRun,
     ExplorationRun,
     LegRecord,
     PlanRun,
@@ -135,6 +137,31 @@ class PlanEvents:
         )
 
 
+class ExecutionEvents:
+    """What was planned for each robot, then what it drove."""
+
+    def __init__(self) -> None:
+        self._planned: dict[int, NDArray[np.float64]] = {}
+        self._driven: dict[int, NDArray[np.float64]] = {}
+
+    @property
+    def begun(self) -> bool:
+        return True  # the header says all of the problem
+
+    def take(self, topic: str, data: bytes) -> None:
+        kept = {TRAJECTORY_TOPIC: self._planned, DRIVEN_TOPIC: self._driven}.get(topic)
+        if kept is None:
+            raise Damage
+        message = decode(data, TRAJECTORY)
+        if int(message.robot) in kept:
+            raise Damage
+        pieces = np.asarray(message.pieces, dtype=np.float64)
+        kept[int(message.robot)] = pieces.reshape(-1, _PIECE)
+
+    def run(self, **common: Any) -> ExecutionRun:
+        return ExecutionRun(**common, planned=self._planned, driven=self._driven)
+
+
 class PursuitEvents:
     """Legs, and what the team believes after some of them."""
 
@@ -189,6 +216,7 @@ def _regions(message: Any) -> tuple[RegionRecord, ...]:
 JOBS: dict[str, type[JobEvents]] = {
     "explore": ExplorationEvents,
     "plan": PlanEvents,
+    "execute": ExecutionEvents,
     "pursue": PursuitEvents,
 }
 """By the job in a run's header."""

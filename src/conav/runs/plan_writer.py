@@ -1,4 +1,4 @@
-"""Writing the run of a planner."""
+"""Writing the run of a planner, and of robots that drive its plan."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from conav.runs.scenery_writer import SceneryWriter
 from conav.runs.schemas import (
+    DRIVEN_TOPIC,
     GRAPH,
     GRAPH_TOPIC,
     IMPROVEMENT_TOPIC,
@@ -31,6 +32,11 @@ class PlanWriter(SceneryWriter):
         """Write the trajectory that a robot has from now on, (n, 9), or that it has none."""
         flat = np.empty(0) if pieces is None else np.ascontiguousarray(pieces).reshape(-1)
         self.write(TRAJECTORY_TOPIC, TRAJECTORY, 0, self.types[TRAJECTORY](robot, flat))
+
+    def driven(self, robot: int, pieces: NDArray[np.float64]) -> None:
+        """Write what a robot drove when it followed its trajectory, (n, 9)."""
+        flat = np.ascontiguousarray(pieces).reshape(-1)
+        self.write(DRIVEN_TOPIC, TRAJECTORY, 0, self.types[TRAJECTORY](robot, flat))
 
     def graph(self, robot: int, vertices: NDArray[np.float64]) -> None:
         """Write a robot's vertices, (n, columns), in the order they were put in."""

@@ -72,6 +72,7 @@ STEP_TOPIC = "/conav/step"
 RESULT_TOPIC = "/conav/result"
 IMPROVEMENT_TOPIC = "/conav/improvement"
 TRAJECTORY_TOPIC = "/conav/trajectory"
+DRIVEN_TOPIC = "/conav/driven"
 GRAPH_TOPIC = "/conav/graph"
 LEG_TOPIC = "/conav/leg"
 BELIEF_TOPIC = "/conav/belief"
@@ -81,6 +82,7 @@ EVENT_TOPICS = (
     STEP_TOPIC,
     IMPROVEMENT_TOPIC,
     TRAJECTORY_TOPIC,
+    DRIVEN_TOPIC,
     GRAPH_TOPIC,
     LEG_TOPIC,
     BELIEF_TOPIC,

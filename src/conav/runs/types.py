@@ -81,6 +81,14 @@ class PlanRun(Run):
         return of_robot[-1] if of_robot and len(of_robot[-1]) else None
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ExecutionRun(Run):
+    """The run of robots that drive a plan; by robot, (n, 9) as in `planning`."""
+
+    planned: dict[int, NDArray[np.float64]]
+    driven: dict[int, NDArray[np.float64]]
+
+
 class LegRecord(NamedTuple):
     """All pursuers during one interval of a schedule."""
 

@@ -1,0 +1,29 @@
+"""Labels of shadows for a pursuit graph: what is called clear is clear."""
+
+from dataclasses import dataclass, field
+
+from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+
+
+@dataclass
+class ShadowLabels:
+    """Which shadows of a team may hold somebody, one bit each, as `ShadowMoves` numbers them."""
+
+    shadows: ShadowMoves
+    _rows: dict[tuple[tuple[Point, ...], Point, Point], list[int]] = field(
+        default_factory=dict[tuple[tuple[Point, ...], Point, Point], list[int]], repr=False
+    )
+
+    def begin(self, team: tuple[Point, ...]) -> int:
+        """All shadows of a standing team, as bits."""
+        return (1 << self.shadows.shadows(team).count) - 1
+
+    def after(self, others: tuple[Point, ...], a: Point, b: Point, contaminated: int) -> int:
+        """The shadows that may hold somebody after one pursuer drove from a to b, as bits.
+
+        The others stand.
+        """
+        key = (tuple(sorted(set(others))), a, b)
+        if key not in self._rows:
+            self._rows[key] = self.shadows.move(others, a, b)
+        return apply(self._rows[key], contaminated)
