@@ -39,7 +39,7 @@ class ClearUnknownMap:
     """Metres that the square root of a contaminated square metre counts for."""
     budget: int = 2000
     """States expanded for each team size and roadmap when all is explored."""
-    partial_budget: int = 500
+    partial_budget: int = 300
     """Drives judged in each search before that, for a pursuit or for the next vertex."""
 
     def __post_init__(self) -> None:
