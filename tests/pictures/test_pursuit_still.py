@@ -38,7 +38,7 @@ def written(path: Path, known: bool) -> PursuitRun:
     return read_pursuit(path)
 
 
-def colours(path: Path, *places: tuple[float, float]) -> list[tuple[int, ...]]:
+def colours(path: Path, *places: tuple[float, float]) -> list[object]:
     canvas = FloorCanvas(CORNERS.bounds, max_pixels=600)
     with Image.open(path) as picture:
         pixels = picture.convert("RGB")

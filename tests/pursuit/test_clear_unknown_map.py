@@ -1,5 +1,6 @@
 """Floors nobody gave the team: what is sensed, what follows from it, and who is captured."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -291,3 +292,11 @@ def test_settings() -> None:
     ):
         with pytest.raises(InputError, match=words):
             make_method("unknown-map", settings=bad)
+
+
+def test_the_page_names_all_settings_with_their_defaults() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "pursuit-unknown.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| (\w+) \|", page, re.MULTILINE)
+    defaults = settings_of(ClearUnknownMap())
+    assert dict(rows) == {name: f"{value:g}" if isinstance(value, float) else str(value)
+                          for name, value in defaults.items()}  # fmt: skip

@@ -26,7 +26,7 @@ from conav.status import Status
 class ClearUnknownMap:
     """Exploration and pursuit in turn, until nothing is unexplored and nothing contaminated."""
 
-    edb: int | Literal["unlimited"] = 3
+    edb: int | Literal["unlimited"] = 5
     """How many vertices are explored between two pursuits, the exploration depth bound; unlimited
     explores everything first."""
     care: float = 1.0

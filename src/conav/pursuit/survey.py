@@ -12,7 +12,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from conav.errors import InputError
 from conav.geometry.triangulation import Triangulation, triangulate
+from conav.geometry.visibility import exact_coordinate
 from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.sensor import Point, Scan
 
@@ -55,7 +57,8 @@ class Survey:
 
         [Pellier2005] explores every vertex that was not visited; one round which all has been seen
         from elsewhere is left out here, as nothing is to be found there. None of those on a
-        frontier was visited: from the near end of a window both sides of it are seen.
+        frontier was visited: from the near end of a window both sides of it are seen. Raises
+        `InputError` where rounding hides what there is to explore.
         """
         if self.complete:
             return ()
@@ -67,6 +70,17 @@ class Survey:
             apart = shapely.distance(lines[:, None], shapely.points(middles)[None, :])
             if (apart <= tolerance).any():
                 found.append(near)
+        if not found:
+            # Where a passage is narrower than the tolerance its window's ends are one. The corners
+            # beside it are left.
+            ends = {(x, y) for x, y in self.frontier_segments.reshape(-1, 2).tolist()}
+            found = sorted((ends & self.corners) - set(self.visited))
+        if not found:
+            raise InputError(
+                "the floor",
+                f"has walls nearer to each other than a survey tells apart, {tolerance:.1g} m",
+                "part them, or close the gap",
+            )
         return tuple(found)
 
     def add(self, scan: Scan) -> "Survey":
@@ -133,12 +147,11 @@ def _recognised(
     """
     ends: dict[int, list[Point]] = {}
     for point, walls in labels.items():
-        if point not in corners:
-            for wall in walls:
-                ends.setdefault(wall, []).append(point)
+        for wall in walls:
+            ends.setdefault(wall, []).append(point)
     ring: Ring = []
     for i, (x, y) in enumerate(scan.corners.tolist()):
-        point = (x, y)
+        point = (exact_coordinate(x), exact_coordinate(y))
         walls = {int(scan.walls[i]), int(scan.walls[i - 1]), int(scan.on_wall[i])} - {-1}
         if scan.at_vertex[i]:
             corners.add(point)
@@ -166,10 +179,11 @@ def _rings(
     rings: list[Ring] = []
     for line in (largest.exterior, *largest.interiors):
         at = shapely.get_coordinates(line)[:-1]
-        points: Ring = [(x, y) for x, y in at.tolist()]
+        points: Ring = [(exact_coordinate(x), exact_coordinate(y)) for x, y in at.tolist()]
         found, near = tree.query(shapely.points(at), predicate="dwithin", distance=tolerance)
         for i, j in zip(found.tolist(), near.tolist(), strict=True):
-            if points[i] not in labels:
+            # The end of a window may lie on a corner, but for rounding.
+            if points[i] not in corners and (points[i] not in labels or names[j] in corners):
                 points[i] = names[j]
         points = _plain(points, labels, corners, tolerance)
         if len(points) >= 3:
@@ -196,7 +210,12 @@ def _plain(
                 bool(walls & labels.get(before, none) & labels.get(after, none))
                 or _apart(here, before, after) <= tolerance
             )
-            if here in (before, after) or before == after or within:
+            spike = (
+                before == after
+                or _apart(after, before, here) <= tolerance
+                or _apart(before, here, after) <= tolerance
+            )
+            if here in (before, after) or spike or within:
                 del points[i]
                 changed = True
                 break

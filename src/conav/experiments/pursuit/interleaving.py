@@ -25,9 +25,8 @@ FLOORS = (
     *(f"spider:{bends}" for bends in ("0,1,2", "1,1,2", "1,2,2", "1,3,3", "2,2,2", "2,3,3")),
     "ring",
     "streets:2",
-    "streets:3",
-    *(f"corridor-tree:segments=16,seed={seed}" for seed in range(6)),
-    *(f"corridor-tree:segments=24,seed={seed}" for seed in range(6)),
+    *(f"corridor-tree:segments=12,seed={seed}" for seed in range(4)),
+    *(f"corridor-tree:segments=16,seed={seed}" for seed in range(4)),
 )
 
 
