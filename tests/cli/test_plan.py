@@ -249,6 +249,18 @@ def test_the_schema_is_printed(conav: Callable[..., Any]) -> None:
     "path", sorted((ROOT / "examples/scenes").glob("*.toml")), ids=lambda path: path.stem
 )
 def test_every_example_has_a_plan(conav: Callable[..., Any], path: Path) -> None:
-    summary = json.loads(conav("plan", path, "--samples", "6000", "--json").out)
+    coupled = bool(load_scene(path).couplings)
+    how = ("--solver", "coupled", "--samples", "60") if coupled else ("--samples", "6000")
+    summary = json.loads(conav("plan", path, *how, "--json").out)
     assert summary["status"] == "done"
     assert summary["min_clearance_m"] >= load_scene(path).margin_m
+
+
+def test_couplings_are_told_of_and_refused(conav: Callable[..., Any]) -> None:
+    path = ROOT / "examples/scenes/handover.toml"
+    told = conav("scenes", path).out
+    assert "  ann and bob meet in shop, within 1.5 m" in told
+    assert "  bob is not in gate before ann has been in shop" in told
+    refused = conav("plan", path)
+    assert refused.code == 2
+    assert "--solver coupled" in refused.err

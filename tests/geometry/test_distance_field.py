@@ -210,7 +210,9 @@ def test_a_copy_of_a_ground_goes_its_own_way() -> None:
     assert np.array_equal(copy.only, ground.only)
     assert np.array_equal(copy.runs, ground.runs)
     everywhere = np.arange(moves.size)
-    assert np.array_equal(copy.parts(everywhere), ground.parts(everywhere))
+    for start in everywhere[::7, np.newaxis]:
+        reached = ground.reachable(everywhere, start)
+        assert np.array_equal(copy.reachable(everywhere, start), reached)
 
 
 def test_a_queue_that_is_too_short_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:

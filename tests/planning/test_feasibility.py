@@ -5,6 +5,7 @@ import numpy as np
 from conav.planning.budget import Budget
 from conav.planning.draws import Draws
 from conav.planning.feasibility import Feasibility, renew_pairs
+from conav.planning.lay_guides import lay_guides
 from conav.planning.team import GraphSettings, Team, build_team
 
 
@@ -21,7 +22,7 @@ def stage(orders: int, repairs: int) -> Feasibility:
 def test_orders_alone_and_repair_alone_find_paths_for_all(scenes) -> None:
     for orders, repairs in ((20, 0), (0, 200)):
         team = build_team(scenes.antipodal(6, 0.5), GraphSettings(), 1)
-        team.lay_guides()
+        lay_guides(team)
         for robot in range(team.size):
             team.grow(robot, 400)
         budget = Budget(1, None, None)
@@ -32,7 +33,7 @@ def test_orders_alone_and_repair_alone_find_paths_for_all(scenes) -> None:
 
 def test_everything_is_as_before_where_nothing_is_found(scenes) -> None:
     team = build_team(scenes.bay(), GraphSettings(), 0)
-    team.lay_guides()
+    lay_guides(team)
     found = team.best_path(0, team.everybody())
     assert found is not None
     team.adopt(0, found)

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from conav.planning.extend import nearest
-from conav.planning.graph import EDGES, HEAD, LETTER, TAIL, WORD
+from conav.planning.graph_arrays import EDGES, HEAD, LETTER, TAIL, WORD
 from conav.planning.labels import MAX_EVENTS, UNCLEAR, segment_word
+from conav.planning.lay_guides import lay_guides
+from conav.planning.near import nearest
 from conav.planning.obstacles import segment_free
 from conav.planning.radius import connection_radius
 from conav.planning.team import GraphSettings, Team, build_team
@@ -15,7 +16,7 @@ from conav.planning.team import GraphSettings, Team, build_team
 
 def grown(scenes, mode: str, samples: int, seed: int = 0, batch: int | None = None, **more) -> Team:
     team = build_team(scenes.errand(), GraphSettings(mode=mode, **more), seed)
-    team.lay_guides()
+    lay_guides(team)
     batch = batch or samples
     for _ in range(samples // batch):
         team.grow(0, batch)

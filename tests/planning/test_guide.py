@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from conav.planning.guide import STEPS, build_cells, delayed, guide_path
+from conav.planning.lay_guides import lay_guides
 from conav.planning.obstacles import segment_free
 from conav.planning.team import GraphSettings, build_team
 
@@ -72,11 +73,11 @@ def test_guides_become_part_of_graphs(scenes) -> None:
     problem = scenes.errand()
     team = build_team(problem, GraphSettings(), 0)
     assert not team.active(0)
-    team.lay_guides()
+    lay_guides(team)
     assert team.active(0)
     assert team.guides[0][-1, 2] <= problem.horizon_s
     without = build_team(problem, GraphSettings(guide=False), 0)
-    without.lay_guides()
+    lay_guides(without)
     assert without.graphs[0].size == 1
 
 

@@ -37,6 +37,7 @@ class Small:
         letters = disjoint_letters(["a", "b"])
         self.automaton: Automaton = automaton_of(parse_formula(formula), letters)
         self.letters = random.choice(3, size, p=(0.5, 0.3, 0.2)).astype(np.int32)
+        self.ends = np.random.default_rng(seed + 100_000).uniform(size=size) < 0.8
         self.words: dict[tuple[int, int], tuple[int, ...]] = {}
         self.costs: dict[tuple[int, int], np.ndarray] = {}
         pool: list[int] = []
@@ -62,6 +63,7 @@ class Small:
             np.arange(size),
             states,
             self.letters,
+            self.ends,
             np.array(starts, np.int64),
             np.array(sources, np.int32),
             np.zeros(len(sources)),
@@ -69,7 +71,7 @@ class Small:
             np.array(pool, np.int32),
         )
         self.traffic = self.traffic_of(scenes, random)
-        self.limits = np.array([1000.0])
+        self.limits = np.array([1000.0, 0.0, 0.0])
         self.size = size
         columns = np.array([self.costs[key] for key in self.words]).reshape(-1, parts)
         self.roads = tuple(
@@ -114,7 +116,7 @@ class Small:
         stack = [((0,), start, np.zeros(len(self.roads)), 0)]
         while stack:
             path, state, cost, run_into = stack.pop()
-            if self.automaton.accepting[state]:
+            if self.automaton.accepting[state] and self.ends[path[-1]]:
                 yield cost, run_into + self.rest_hits(path[-1]), path
             for (tail, head), word in self.words.items():
                 if tail == path[-1]:

@@ -170,3 +170,9 @@ def test_a_drawn_line_is_near(piece: np.ndarray, tolerance: float) -> None:
     drawn = np.stack([np.interp(times, points[:, 2], points[:, k]) for k in (0, 1)], axis=-1)
     off = np.hypot(*(drawn - positions(Trajectory(piece), times)).T)
     assert off.max() <= tolerance + 1e-9
+
+
+def test_length_of_a_turn_back_with_hardly_any_velocity_across() -> None:
+    for across in (1e-290, 1e-160, 1e-12):
+        piece = np.array([0.0, 2.0, 0.0, 0.0, across, -1.0, 0.0, 1.0, 0.0])
+        assert length(Trajectory(piece)) == pytest.approx(1.0)

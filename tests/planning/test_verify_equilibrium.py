@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from conav.planning.catalogue import make_solver, settings_of
-from conav.planning.graph import EDGES
+from conav.planning.graph_arrays import EDGES
 from conav.planning.plan import plan
 from conav.planning.recorder import PlanRecorder
 from conav.planning.team import build_team

@@ -255,7 +255,7 @@ def test_shortest_clearing_is_that_of_the_search(name: str) -> None:
     moves = shortest_clearing(graph, pursuit)
     assert moves is not None
     roadmap = make_roadmap(floor, mesh, [default_start(floor)], middles=False)
-    found = KnownMapSearch(mesh, roadmap).clear([0], weight=0.0, budget=5000)
+    found = KnownMapSearch(ShadowMoves(mesh), roadmap).clear([0], weight=0.0, budget=10**6)
     assert found.moves is not None
     cost = sum(float(graph.lengths[m.start, m.end]) for m in moves)
     assert cost == pytest.approx(sum(float(roadmap.lengths[m.start, m.end]) for m in found.moves))

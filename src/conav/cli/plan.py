@@ -44,7 +44,7 @@ def plan(
         name with settings if you like: antipodal-circle:12; conav scenes lists those.
     solver
         The planning method: inash (nobody can do better alone), inash-restarts, prioritized,
-        anytime-prioritized, social-optimum.
+        anytime-prioritized, social-optimum, coupled (for scenes that couple robots).
     set
         A setting of the solver, name=value; may be repeated.
     samples

@@ -25,6 +25,8 @@ def pursue(
     speed: float = 1.0,
     unknown: Annotated[bool, Parameter(negative="")] = False,
     edb: str | None = None,
+    reach: float | None = None,
+    fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     resolution: float | None = None,
     out: Path | None = None,
@@ -42,7 +44,8 @@ def pursue(
     floor_plan
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
     method
-        How: known-map, or splitting, by guards until one pursuer suffices for each part.
+        How: known-map; splitting, by guards until one pursuer suffices for each part; delegation,
+        where pursuers who are stuck ask others for help.
     labels
         What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
         claims may be wrong.
@@ -57,6 +60,10 @@ def pursue(
     edb
         With --unknown: how many vertices are explored between two pursuits, or unlimited: explore
         everything, then clear.
+    reach
+        How far each can drive in all [m]; delegation only. Default: no limit.
+    fault
+        Who is lost when, as pursuer_2:dies:30; may be repeated; delegation only.
     set
         A setting of the method, name=value; may be repeated.
     resolution
@@ -75,6 +82,8 @@ def pursue(
     size = _size(pursuers)
     if not 0.0 < speed < float("inf"):
         raise InputError(f"speed {speed:g}", "is no speed", "give metres per second above 0")
+    if reach is not None and not 0.0 < reach < float("inf"):
+        raise InputError(f"reach {reach:g}", "is no length", "give metres above 0")
     for path, suffix in ((out, ".mcap"), (png, ".png")):
         if path is not None and path.suffix.lower() != suffix:
             raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
@@ -98,16 +107,25 @@ def pursue(
     from conav.pursuit.catalogue import make_method, settings_of
     from conav.pursuit.recorder import record_pursuit
     from conav.pursuit.starts import default_start
+    from conav.pursuit.team import LARGEST
     from conav.pursuit.types import Pursuer, PursuitProblem
     from conav.pursuit.verify import verify_schedule
+    from conav.robots.fault import parse_fault
 
     chosen = make_method(method, labels, settings)
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
     at = default_start(floor) if start is None else _point(start)
-    team = tuple(Pursuer(f"pursuer_{number}", at, speed) for number in range(1, (size or 1) + 1))
-    problem = PursuitProblem(floor, team, known=not unknown, most=size, name=floor.name)
+    names = [f"pursuer_{number}" for number in range(1, LARGEST + 1)]
+    team = tuple(Pursuer(name, at, speed, reach_m=reach) for name in names[: size or 1])
+    faults = tuple(parse_fault(text, names) for text in fault or [])
+    try:
+        problem = PursuitProblem(
+            floor, team, known=not unknown, most=size, name=floor.name, faults=faults
+        )
+    except ValueError as error:
+        raise InputError("fault", f"is of {error}", "write pursuer_2:dies:30") from None
     if not quiet and not compiled_before():
         print(
             "conav: compiling the kernels; this happens once and takes up to a minute",
@@ -214,6 +232,12 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             print(
                 f"  {100 * summary['explored']:.4g}% explored, contaminated again after "
                 f"{summary['recontaminations']} drives"
+            )
+        counters = summary["counters"]
+        if "messages" in counters:
+            print(
+                f"  {counters['deliberations']} calls for help, {counters['messages']} messages, "
+                f"{counters['lost']} pursuers lost"
             )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")

@@ -93,12 +93,18 @@ def scene_facts(problem: Any) -> dict[str, Any]:
             }
             for robot in problem.robots
         ],
+        "couplings": [
+            {"kind": each.kind, "robots": list(each.robots), "within_m": each.within_m,
+             "regions": [one.name for one in (each.region, each.other_region) if one is not None]}
+            for each in problem.couplings
+        ],
         "warnings": list(problem.floor.warnings),
-    }
+    }  # fmt: skip
 
 
 def _list(png: Path | None, json: bool) -> int:
     from conav.planning.scenes.catalogue import SCENES, make_scene, scene_class, scene_settings
+    from conav.planning.scenes.frozen_scenes import FROZEN
 
     rows: list[dict[str, Any]] = []
     for name in SCENES:
@@ -113,12 +119,17 @@ def _list(png: Path | None, json: bool) -> int:
             row["picture"] = str(png / f"{row['name']}.png")
             save_plan_picture(make_scene(row["name"]), row["picture"])
     if json:
-        print(json_module.dumps({"job": "scenes", "made": rows}))
+        frozen = {name: recipe._asdict() for name, recipe in FROZEN.items()}
+        print(json_module.dumps({"job": "scenes", "made": rows, "frozen": frozen}))
         return 0
     for row in rows:
         print(fill(f"{row['name']}: {row['description']}", 98, subsequent_indent="  "))
         settings = ", ".join(f"{key}={_said(value)}" for key, value in row["settings"].items())
         print(fill(settings, 98, initial_indent="  ", subsequent_indent="  "))
+    print(
+        "frozen: inash-discs-0 to inash-discs-19 and inash-intersection, which conav reproduce\n"
+        "  inash plays"
+    )
     print("plan one: conav plan random-discs:8,obstacles=20 --png plan.png")
     return 0
 
@@ -127,6 +138,16 @@ def _said(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "any" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _coupling(coupling: dict[str, Any]) -> str:
+    a, b = coupling["robots"]
+    regions = coupling["regions"]
+    if coupling["kind"] == "meet":
+        return f"{a} and {b} meet in {regions[0]}, within {coupling['within_m']:g} m"
+    if coupling["kind"] == "near":
+        return f"{a} and {b} stay within {coupling['within_m']:g} m of each other"
+    return f"{a} is not in {regions[0]} before {b} has been in {regions[-1]}"
 
 
 def _print_facts(facts: dict[str, Any]) -> None:
@@ -151,6 +172,8 @@ def _print_facts(facts: dict[str, Any]) -> None:
         )
     if len(robots) > 16:
         print(f"  and {len(robots) - 16} more robots")
+    for each in facts["couplings"]:
+        print(f"  {_coupling(each)}")
     for warning in facts["warnings"]:
         print(f"  warning: {warning}")
     if "written" in facts:

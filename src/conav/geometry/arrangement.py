@@ -25,10 +25,11 @@ Floats = NDArray[np.float64]
 NO_CELL = -1
 
 
+@kernel
 def arrange(
     points: Floats, wall_ends: Ints, rings: Ints, chords: Chords, pairs: Ints, anchors: Ints
-) -> tuple[int, Ints, Floats, Ints, Ints, Ints, Ints, Ints, Ints, Floats, Ints]:
-    """The fields of `ViewCells`.
+) -> tuple[Floats, Ints, Ints, Ints, Ints, Ints, Ints, Ints, Floats, Ints]:
+    """Areas of cells, and the fields of `ViewCells` from `seen_by` on without them.
 
     `points` are the floor's vertices, then viewpoints. There is at least one chord, all rings hang
     together by chords, and `pairs` are the chords' crossings. For each view `anchors` has a vertex
@@ -36,49 +37,60 @@ def arrange(
     where it sees nothing.
     """
     crossings, crossing_starts = _sort_crossings(points, chords, pairs)
-    same = np.arange(len(pairs))
+    same = np.arange(pairs.shape[0])
     _find_equal_crossings(points, chords, pairs, crossings, crossing_starts, same)
-    order = np.argsort(chords.walls, kind="stable")
+    order = np.argsort(chords.walls, kind="mergesort")
     node_of_vertex, node_of_end, node_of_crossing, places, node_points = _number_nodes(
         points, wall_ends, chords, pairs, same, order
     )
-    nodes, chord_of = _cut_chords(
+    along_chords, chord_of = _cut_chords(
         chords, crossings, crossing_starts, same, node_of_vertex, node_of_end, node_of_crossing
     )
-    ring_nodes = np.argsort(places, kind="stable")
-    ring_nodes = ring_nodes[places[ring_nodes] >= 0]
-    nodes = np.concatenate((nodes, ring_nodes))
-    out_of, into = _ring_stretches(rings, places, ring_nodes, len(chord_of))
+    pieces = chord_of.shape[0]
+    by_place = np.argsort(places, kind="mergesort")
+    off_rings = 0
+    while off_rings < by_place.shape[0] and places[by_place[off_rings]] < 0:
+        off_rings += 1
+    ring_nodes = by_place[off_rings:]
+    nodes = np.concatenate((along_chords, ring_nodes))
+    out_of, into = _ring_stretches(rings, places, ring_nodes, pieces)
     following = _link(points, wall_ends, chords, chord_of, nodes, places, out_of, into)
     cells, areas = _trace(points, wall_ends, node_points, places, nodes, following, chord_of)
-    left, right = cells[: 2 * len(chord_of) : 2].copy(), cells[1 : 2 * len(chord_of) : 2].copy()
+    left = cells[: 2 * pieces : 2].copy()
+    right = cells[1 : 2 * pieces : 2].copy()
     changes = chords.views[chord_of]
     seen_by = _spread(areas, left, right, changes)
-    for i, anchor in enumerate(anchors.tolist()):
-        h = _seen_half_edge(anchor, rings, places, ring_nodes, node_of_vertex, out_of, into)
+    for i in range(anchors.shape[0]):
+        h = _seen_half_edge(anchors[i], rings, places, ring_nodes, node_of_vertex, out_of, into)
         # So far differences to cell 0.
-        if h >= 0 and not seen_by[cells[h]] >> i & 1:
-            seen_by ^= 1 << i
-    return (
-        len(areas), seen_by, areas, left, right, changes, cells, following, nodes, node_points,
-        places,
-    )  # fmt: skip
+        if h >= 0 and not (seen_by[cells[h]] >> i) & 1:
+            for cell in range(seen_by.shape[0]):
+                seen_by[cell] ^= 1 << i
+    return areas, seen_by, left, right, changes, cells, following, nodes, node_points, places
 
 
+@kernel
 def _seen_half_edge(
-    anchor: list[int], rings: Ints, places: Ints, ring_nodes: Ints, node_of_vertex: Ints,
+    anchor: Ints, rings: Ints, places: Ints, ring_nodes: Ints, node_of_vertex: Ints,
     out_of: Ints, into: Ints,
 ) -> int:  # fmt: skip
-    v = max(anchor)
+    v = max(anchor[0], anchor[1])
     if v < 0:
         return -1
-    node = int(node_of_vertex[v])
+    node = node_of_vertex[v]
     if node >= 0:
-        return int(out_of[node] if anchor[0] >= 0 else into[node])
-    # On the stretch that passes the vertex: from the last node before it on its ring.
-    on_ring = ring_nodes[rings[places[ring_nodes] // 2] == rings[v]]
-    before = int(np.searchsorted(places[on_ring], 2 * v)) - 1
-    return int(out_of[on_ring[before]])
+        return out_of[node] if anchor[0] >= 0 else into[node]
+    # On the stretch that passes the vertex: from the last node before it on its ring, which comes
+    # last where the ring begins with the vertex.
+    before = -1
+    last = -1
+    for r in range(ring_nodes.shape[0]):
+        place = places[ring_nodes[r]]
+        if rings[place // 2] == rings[v]:
+            last = r
+            if place < 2 * v:
+                before = r
+    return out_of[ring_nodes[before if before >= 0 else last]]
 
 
 @kernel

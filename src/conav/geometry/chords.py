@@ -105,14 +105,12 @@ def turn_between(points: Floats, chords: Chords, i: int, j: int) -> int:
     )
 
 
-def find_crossings(points: Floats, wall_ends: Ints, chords: Chords, begin: int) -> Ints:
-    """The pairs i < j of crossing chords with j >= begin, shape (crossings, 2). Exact."""
-    return _find_crossings(points, wall_ends, chords, begin)
-
-
 @kernel
-def _find_crossings(points: Floats, wall_ends: Ints, chords: Chords, begin: int) -> Ints:
-    """As `find_crossings`. Boxes that hold chords, however ends are rounded, save most tests."""
+def find_crossings(points: Floats, wall_ends: Ints, chords: Chords, begin: int) -> Ints:
+    """The pairs i < j of crossing chords with j >= begin, shape (crossings, 2). Exact.
+
+    Boxes that hold chords, however ends are rounded, save most tests.
+    """
     n = chords.starts.shape[0]
     boxes = np.empty((n, 4))
     for i in range(n):

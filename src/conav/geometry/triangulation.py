@@ -56,7 +56,8 @@ def triangulate(vertices: ArrayLike, ring_starts: ArrayLike) -> Triangulation:
     counter-clockwise, holes clockwise. Points on straight walls are kept.
 
     Raises `InputError` where rings cross, touch, run the wrong way or lie outside each other, and
-    for coordinates that are not finite or outside the exact range.
+    for coordinates that are not finite or beyond the exact range. Those smaller than 1e-60 m count
+    as 0.
 
     The points are joined by a sweep, walls are put in by flips [Sloan1993], and edges flipped
     [Lawson1977] where they are surely not Delaunay: of four corners that are nearly on a circle
@@ -115,13 +116,14 @@ def _checked(vertices: ArrayLike, ring_starts: ArrayLike) -> tuple[Floats, NDArr
     if len(short):
         raise InputError(f"ring {short[0]}", "has fewer than 3 points", "give three or more")
     size = np.abs(points)
-    bad = np.flatnonzero(~((size == 0) | ((size >= LEAST) & (size <= GREATEST))).all(axis=1))
+    points[size < LEAST] = 0.0
+    bad = np.flatnonzero(~((size < LEAST) | ((size >= LEAST) & (size <= GREATEST))).all(axis=1))
     if len(bad):
         x, y = points[bad[0]].tolist()
         raise InputError(
             f"vertex {bad[0]}",
             f"({x:g}, {y:g}) is no point that can be computed with exactly",
-            f"give coordinates that are 0 or from {LEAST:g} to {GREATEST:g} m",
+            f"give coordinates up to {GREATEST:g} m",
         )
     return points, starts
 

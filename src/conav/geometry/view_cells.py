@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.errors import InputError
 from conav.geometry.arrangement import arrange, on_one_wall
-from conav.geometry.chords import Chords, find_crossings, find_root, side_of_line
+from conav.geometry.chords import find_root
 from conav.geometry.triangulation import Triangulation
-from conav.geometry.visibility import WINDOW, VisibilityPolygon, window_ends
+from conav.geometry.view_chords import ViewTable, chords_of, linked_chords
+from conav.geometry.visibility import VisibilityPolygon
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -69,36 +70,58 @@ def view_cells(floor: Triangulation, views: Sequence[VisibilityPolygon]) -> View
     """
     if len(views) > MOST_VIEWS:
         raise InputError("views", f"are {len(views)}", f"give at most {MOST_VIEWS}")
-    n = len(floor.vertices)
-    viewpoints = np.array([view.viewpoint for view in views]).reshape(-1, 2)
-    points = np.concatenate((floor.vertices, viewpoints))
-    size = sum(len(view.walls) for view in views)
-    columns = np.empty((5, size), np.int64)
-    owners = np.empty(size, np.int64)
-    # For each view a vertex from which it sees a wall start, or else to which it sees one end.
-    anchors = np.full((len(views), 2), -1, np.int64)
-    count = 0
-    for i, view in enumerate(views):
-        count = _add_windows(
-            floor.vertices, *view.viewpoint, view.vertices, view.hit_walls, view.walls,
-            n + i, 1 << i, columns, owners, count, anchors[i],
-        )  # fmt: skip
-    tails, heads, starts, ends, walls = columns[:, :count].copy()
-    windows = Chords(tails, heads, starts, ends, walls, owners[:count].copy())
-    chords = _without_copies(points, windows)
-    pairs = find_crossings(points, floor.wall_ends, chords, 0)
-    added = _missing_links(
-        floor.rings, floor.triangles.reshape(-1), floor.twins.reshape(-1), chords, pairs
-    )
-    if len(added):
-        tails, heads = added.T
-        fields = (tails, heads, tails, heads, np.full(len(added), -1), np.zeros(len(added), int))
-        every = Chords(*map(np.concatenate, zip(chords, fields, strict=True)))
-        more = find_crossings(points, floor.wall_ends, every, len(chords.starts))
-        chords, pairs = every, np.concatenate((pairs, more))
-    if len(chords.starts) == 0:
-        return _one_cell(floor, views)
-    return ViewCells(*arrange(points, floor.wall_ends, floor.rings, chords, pairs, anchors))
+    table = ViewTable(floor)
+    for view in views:
+        table.add(view)
+    return cells_of_table(table, np.arange(len(views)))
+
+
+def cells_of_table(table: ViewTable, viewpoints: Ints) -> ViewCells:
+    """The cells of these viewpoints' views, up to 62, by their numbers in the table."""
+    floor = table.floor
+    areas, seen_by, *others = part_floor(
+        table.points, floor.wall_ends, floor.rings, floor.triangles.reshape(-1),
+        floor.twins.reshape(-1), table.starts, table.windows, table.anchors, viewpoints,
+    )  # fmt: skip
+    return ViewCells(len(areas), seen_by, areas, *others)
+
+
+@kernel
+def part_floor(
+    points: Floats, wall_ends: Ints, rings: Ints, corners: Ints, twins: Ints, starts: Ints,
+    windows: Ints, anchors: Ints, viewpoints: Ints,
+) -> tuple[Floats, Ints, Ints, Ints, Ints, Ints, Ints, Ints, Floats, Ints]:  # fmt: skip
+    """Areas of cells, and the fields of `ViewCells` from `seen_by` on without them.
+
+    Arrays of a `ViewTable` and of its triangulation; `viewpoints` are numbers of the table.
+    """
+    chords = chords_of(points, wall_ends, starts, windows, viewpoints)
+    linked, pairs = linked_chords(points, wall_ends, rings, corners, twins, chords)
+    if linked.starts.shape[0] == 0:
+        return _one_cell(points, wall_ends, anchors, viewpoints)
+    return arrange(points, wall_ends, rings, linked, pairs, anchors[viewpoints])
+
+
+@kernel
+def _one_cell(
+    points: Floats, wall_ends: Ints, anchors: Ints, viewpoints: Ints
+) -> tuple[Floats, Ints, Ints, Ints, Ints, Ints, Ints, Ints, Floats, Ints]:
+    """All of a floor with one ring of which every viewpoint sees all or nothing."""
+    seen_by = 0
+    for i in range(viewpoints.shape[0]):
+        if max(anchors[viewpoints[i], 0], anchors[viewpoints[i], 1]) >= 0:
+            seen_by |= 1 << i
+    ox, oy = points[0]
+    twice = 0.0
+    for v in range(wall_ends.shape[0]):
+        ax, ay = points[v]
+        bx, by = points[wall_ends[v]]
+        twice += (ax - ox) * (by - oy) - (ay - oy) * (bx - ox)
+    none = np.empty(0, np.int64)
+    return (
+        np.array([twice / 2.0]), np.array([seen_by]), none, none, none, none, none, none,
+        np.empty((0, 2)), none,
+    )  # fmt: skip
 
 
 def join_cells(cells: ViewCells, chosen: NDArray[np.bool_]) -> Ints:
@@ -107,158 +130,120 @@ def join_cells(cells: ViewCells, chosen: NDArray[np.bool_]) -> Ints:
     `chosen` has shape (n_cells,). Labels count from 0 in the order of each one's first cell. Cells
     hang together along pieces; those that only meet at a point do not.
     """
-    return _join(cells.left, cells.right, chosen)
+    return join(cells.left, cells.right, chosen)
 
 
-def shadows(cells: ViewCells) -> Ints:
+def shadows(cells: ViewCells, viewers: int | None = None) -> Ints:
     """The shadow each cell is part of, shape (n_cells,); -1 for cells that some viewpoint sees.
 
-    A shadow is a region that no viewpoint sees; shadows count from 0 in the order of their first
-    cells. As in `conav.geometry.hidden_regions`, sight without width parts no shadows.
+    A shadow is a region that none of the viewpoints sees whose bits `viewers` has; by default none
+    at all. They count from 0 in the order in which they are met along the rings, then along
+    windows sorted by vertices and walls. So a number means the same in any cells that have the
+    windows of these viewers, whatever other views they are parted by. As in
+    `conav.geometry.hidden_regions`, sight without width parts no shadows.
     """
-    return join_cells(cells, cells.seen_by == 0)
+    mask = (1 << MOST_VIEWS) - 1 if viewers is None else viewers
+    return number_shadows(
+        cells.seen_by, cells.left, cells.right, cells.changes, cells.cells, cells.following,
+        cells.nodes, cells.node_places, mask,
+    )  # fmt: skip
 
 
 def cell_border(floor: Triangulation, cells: ViewCells, cell: int) -> Floats:
     """The border of a cell, counter-clockwise, shape (k, 2) [m]; it may touch itself."""
     if len(cells.left) == 0:
         return floor.vertices.copy()
-    border: list[Floats] = []
     begin = int(np.flatnonzero(cells.cells == cell)[0])
-    h = begin
-    while True:
-        border.append(cells.node_points[cells.nodes[h]])
-        after = int(cells.following[h])
-        if h >= 2 * len(cells.left):
-            # Along the ring: the vertices without chords.
-            node, end_node = int(cells.nodes[h]), int(cells.nodes[after])
-            end = int(cells.node_places[end_node])
-            v = int(cells.node_places[node]) // 2
-            here = on_one_wall(cells.node_places, node, end_node)
-            while not here:
-                v = int(floor.wall_ends[v])
-                if end == 2 * v:
-                    break
-                border.append(floor.vertices[v])
-                here = end == 2 * v + 1
-        h = after
-        if h == begin:
-            return np.array(border)
-
-
-def _one_cell(floor: Triangulation, views: Sequence[VisibilityPolygon]) -> ViewCells:
-    """All of a floor with one ring of which every viewpoint sees all or nothing."""
-    seen_by = sum(1 << i for i, view in enumerate(views) if len(view.walls) > 0)
-    x, y = (floor.vertices - floor.vertices[0]).T
-    area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2.0
-    none = np.empty(0, np.int64)
-    return ViewCells(
-        1, np.array([seen_by], np.int64), np.array([area]), none, none, np.empty(0, np.int64),
-        none, none, none, np.empty((0, 2)), none,
+    return border_from(
+        begin, floor.vertices, floor.wall_ends, cells.following, cells.nodes, cells.node_points,
+        cells.node_places, 2 * len(cells.left),
     )  # fmt: skip
 
 
 @kernel
-def _add_windows(
-    vertices: Floats, x: float, y: float, corner_vertices: Ints, hit_walls: Ints, walls: Ints,
-    row: int, view: int, columns: Ints, owners: Ints, count: int, anchor: Ints,
-) -> int:  # fmt: skip
-    """The new count of chords with the windows of a view; and its anchor."""
-    k = walls.shape[0]
-    sides = np.empty(k, np.int64)
-    near = np.empty(k, np.int64)
-    far = np.empty(k, np.int64)
-    outward = np.empty(k, np.bool_)
-    windows = window_ends(vertices, x, y, corner_vertices, walls, sides, near, far, outward)
-    for w in range(windows):
-        columns[0, count] = row
-        columns[1, count] = corner_vertices[near[w]]
-        columns[2, count] = corner_vertices[near[w]]
-        columns[3, count] = corner_vertices[far[w]]
-        columns[4, count] = hit_walls[far[w]]
-        owners[count] = view
-        count += 1
-    for i in range(k):
-        # The ring on from a vertex, or back from one. Every view has such a side: beside a window
-        # there is a wall at its near vertex.
-        if walls[i] != WINDOW:
-            j = i + 1 if i + 1 < k else 0
-            if corner_vertices[i] >= 0:
-                anchor[0] = corner_vertices[i]
-                anchor[1] = -1
-                break
-            if corner_vertices[j] >= 0:
-                anchor[1] = corner_vertices[j]
-    return count
-
-
-def _without_copies(points: Floats, chords: Chords) -> Chords:
-    """The chords, those that are the same piece of floor made one.
-
-    Between its ends a chord meets neither vertex nor wall, so two that overlap are the same piece:
-    they join the same vertices, or lead from one vertex along one line to one wall.
-    """
-    at_vertex = chords.ends >= 0
-    one = np.where(at_vertex, np.minimum(chords.starts, chords.ends), chords.starts)
-    two = np.where(at_vertex, np.maximum(chords.starts, chords.ends), -1 - chords.walls)
-    order = np.lexsort((two, one))
-    kept = np.ones(len(order), np.bool_)
-    views = chords.views.copy()
-    _merge_copies(points, chords, order, one, two, kept, views)
-    columns = (column[kept] for column in (*chords[:5], views))
-    return Chords(*columns)
-
-
-@kernel
-def _merge_copies(
-    points: Floats, chords: Chords, order: Ints, one: Ints, two: Ints, kept: NDArray[np.bool_],
-    views: Ints,
-) -> None:  # fmt: skip
-    for first in range(order.shape[0]):
-        i = order[first]
-        if not kept[i]:
-            continue
-        for second in range(first + 1, order.shape[0]):
-            j = order[second]
-            if one[j] != one[i] or two[j] != two[i]:
-                break
-            if (
-                kept[j]
-                and chords.ends[i] < 0
-                and side_of_line(points, chords.tails[i], chords.heads[i], chords.tails[j]) != 0
-            ):
-                continue
-            if kept[j]:
-                kept[j] = False
-                views[i] ^= views[j]
-
-
-@kernel
-def _missing_links(rings: Ints, corners: Ints, twins: Ints, chords: Chords, pairs: Ints) -> Ints:
-    """Sides of triangles, rows of two vertices, that join rings which hang together by no chord."""
-    parents = np.arange(rings[-1] + 1)
-    for i in range(chords.starts.shape[0]):
-        end = chords.ends[i] if chords.ends[i] >= 0 else chords.walls[i]
-        parents[find_root(parents, rings[chords.starts[i]])] = find_root(parents, rings[end])
-    for p in range(pairs.shape[0]):
-        one = find_root(parents, rings[chords.starts[pairs[p, 0]]])
-        parents[one] = find_root(parents, rings[chords.starts[pairs[p, 1]]])
-    added = np.empty((rings[-1], 2), np.int64)
+def border_from(
+    begin: int, points: Floats, wall_ends: Ints, following: Ints, nodes: Ints,
+    node_points: Floats, places: Ints, along_rings: int,
+) -> Floats:  # fmt: skip
+    """The border of the cell of a half-edge; those from `along_rings` on run along rings."""
+    border = np.empty((64, 2))
     count = 0
-    for h in range(corners.shape[0]):
-        if twins[h] > h:
-            one = find_root(parents, rings[corners[h]])
-            other = find_root(parents, rings[corners[twins[h]]])
-            if one != other:
-                parents[one] = other
-                added[count, 0] = corners[h]
-                added[count, 1] = corners[twins[h]]
-                count += 1
-    return added[:count].copy()
+    h = begin
+    while True:
+        after = following[h]
+        v = -1
+        node = nodes[h]
+        while True:
+            # The node, then, along the ring, the vertices without chords.
+            if count == border.shape[0]:
+                longer = np.empty((2 * count, 2))
+                longer[:count] = border
+                border = longer
+            if v < 0:
+                border[count] = node_points[node]
+                here = h < along_rings or on_one_wall(places, node, nodes[after])
+                v = places[node] // 2
+            else:
+                border[count] = points[v]
+                here = places[nodes[after]] == 2 * v + 1
+            count += 1
+            if here:
+                break
+            v = wall_ends[v]
+            if places[nodes[after]] == 2 * v:
+                break
+        h = after
+        if h == begin:
+            return border[:count].copy()
 
 
 @kernel
-def _join(left: Ints, right: Ints, chosen: NDArray[np.bool_]) -> Ints:
+def number_shadows(
+    seen_by: Ints, left: Ints, right: Ints, changes: Ints, cells: Ints, following: Ints,
+    nodes: Ints, places: Ints, mask: int,
+) -> Ints:  # fmt: skip
+    """As `shadows`, for the fields of `ViewCells` and a mask of viewers."""
+    labels = join(left, right, seen_by & mask == 0)
+    number_of = np.full(labels.shape[0], NO_CELL, np.int64)  # by label
+    count = 0
+    pieces = left.shape[0]
+    if pieces == 0:
+        return labels
+    # Along the rings, each from the stretch that comes round to its beginning.
+    begin = 2 * pieces
+    for h in range(2 * pieces, cells.shape[0]):
+        if h + 1 == cells.shape[0] or nodes[following[h]] != nodes[h + 1]:
+            for k in range(begin - 1, h):
+                label = labels[cells[h if k < begin else k]]
+                if label >= 0 and number_of[label] < 0:
+                    number_of[label] = count
+                    count += 1
+            begin = h + 1
+    # Along windows: from the vertex where it starts, the smaller one where it joins two.
+    first = 0
+    for last in range(pieces):
+        end = places[nodes[2 * last + 1]]
+        if end < 0:
+            continue
+        backward = end % 2 == 0 and end < places[nodes[2 * first]]
+        if changes[first] & mask != 0:
+            for k in range(last - first + 1):
+                p = last - k if backward else first + k
+                for side in range(2):
+                    label = labels[left[p] if (side == 0) != backward else right[p]]
+                    if label >= 0 and number_of[label] < 0:
+                        number_of[label] = count
+                        count += 1
+        first = last + 1
+    for cell in range(labels.shape[0]):
+        if labels[cell] >= 0:
+            labels[cell] = number_of[labels[cell]]
+    return labels
+
+
+@kernel
+def join(left: Ints, right: Ints, chosen: NDArray[np.bool_]) -> Ints:
+    """As `join_cells`, for two fields of `ViewCells`."""
     n = chosen.shape[0]
     parents = np.arange(n)
     for p in range(left.shape[0]):

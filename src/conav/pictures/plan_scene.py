@@ -266,20 +266,31 @@ def tick_s(trajectories: Sequence[Trajectory | None]) -> float:
 
 
 def _places(problem: PlanningProblem) -> list[_Place]:
-    """The regions of all robots, equal ones once, large ones first."""
+    """The regions of all robots and couplings, equal ones once, large ones first."""
     found: list[tuple[Region, list[int], list[bool]]] = []
     keys: dict[tuple[object, ...], int] = {}
+
+    def add(region: Region, owner: int, kept_out: bool) -> None:
+        shape = region.disc if region.polygon is None else region.polygon.tobytes()
+        key = (region.name, shape)
+        if key not in keys:
+            keys[key] = len(found)
+            found.append((region, [], []))
+        _, owners, out = found[keys[key]]
+        if owner not in owners:
+            owners.append(owner)
+            out.append(kept_out)
+
     for index, robot in enumerate(problem.robots):
         forbidden = _kept_out(robot.task)
         for region in robot.regions.values():
-            shape = region.disc if region.polygon is None else region.polygon.tobytes()
-            key = (region.name, shape)
-            if key not in keys:
-                keys[key] = len(found)
-                found.append((region, [], []))
-            _, owners, out = found[keys[key]]
-            owners.append(index)
-            out.append(region.name in forbidden)
+            add(region, index, region.name in forbidden)
+    numbers = {robot.name: index for index, robot in enumerate(problem.robots)}
+    for coupling in problem.couplings:
+        for region in (coupling.region, coupling.other_region):
+            if region is not None:
+                for name in coupling.robots:
+                    add(region, numbers[name], False)
     names: dict[str, int] = {}
     for region, _, _ in found:
         names[region.name] = names.get(region.name, 0) + 1

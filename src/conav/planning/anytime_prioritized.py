@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from conav.planning.budget import Budget, OnProgress
 from conav.planning.impossible import why_impossible
+from conav.planning.lay_guides import lay_guides
 from conav.planning.team import GraphSettings, Team, build_team
 from conav.planning.types import PlanningProblem, PlanningResult
 from conav.status import Status
@@ -32,7 +33,7 @@ class AnytimePrioritized(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
-        team.lay_guides()
+        lay_guides(team)
         while budget.growing:
             samples = budget.next_batch(self.batch)
             for robot in range(team.size):

@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.planning.graph import EDGES, HEAD, LETTER, TAIL, VERTICES, WORD, Graph
+from conav.planning.graph_arrays import EDGES, HEAD, LETTER, TAIL, VERTICES, WORD, Graph
+from conav.planning.steering import may_end
 
 
 class Arranged(NamedTuple):
     """Arrays for kernels."""
 
     vertices: NDArray[np.int64]  # (n,) the vertex of each rank
-    states: NDArray[np.float64]  # (n, STATE) by rank
+    states: NDArray[np.float64]  # (n, numbers of a state) by rank
     letters: NDArray[np.int32]  # (n,) by rank
+    ends: NDArray[np.bool_]  # (n,) whether the robot may stop there, by rank
     starts: NDArray[np.int64]  # (n + 1,) of the edges into each
     sources: NDArray[np.int32]  # (edges,) ranks
     lengths: NDArray[np.float64]  # (edges,) [m]
@@ -27,8 +29,8 @@ class Arranged(NamedTuple):
     letters_of_words: NDArray[np.int32]
 
 
-def arrange(graph: Graph) -> Arranged:
-    """The graph's vertices and edges in the order of time."""
+def arrange(graph: Graph, limits: NDArray[np.float64]) -> Arranged:
+    """The vertices and edges of the graph of a robot with these limits, in the order of time."""
     size = int(graph.counts[VERTICES])
     vertices = np.argsort(graph.states[:size, 2], kind="stable")
     count = int(graph.counts[EDGES])
@@ -37,12 +39,21 @@ def arrange(graph: Graph) -> Arranged:
         vertices,
         graph.states[vertices],
         graph.links[vertices, LETTER],
+        _ends(graph.states[vertices], limits),
         starts,
         sources,
         lengths,
         words,
         graph.words,
     )
+
+
+@kernel
+def _ends(states: NDArray[np.float64], limits: NDArray[np.float64]) -> NDArray[np.bool_]:
+    ends = np.empty(len(states), np.bool_)
+    for vertex in range(len(states)):
+        ends[vertex] = may_end(limits, states, vertex)
+    return ends
 
 
 @kernel

@@ -51,6 +51,7 @@ def barred_path(
     path, cost = _search(
         arranged.states,
         arranged.letters,
+        arranged.ends,
         arranged.starts,
         arranged.sources,
         roads.costs,
@@ -73,6 +74,7 @@ def barred_path(
 def _search(
     states: NDArray[np.float64],
     letters: NDArray[np.int32],
+    ends: NDArray[np.bool_],
     starts: NDArray[np.int64],
     sources: NDArray[np.int32],
     costs: NDArray[np.float64],
@@ -124,7 +126,7 @@ def _search(
                     edge_to[head, after] = edge
                     from_state[head, after] = state
         for state in range(task_states):
-            if accepting[state] and cost_to[head, state] < best:
+            if accepting[state] and ends[head] and cost_to[head, state] < best:
                 x = states[head, 0]
                 y = states[head, 1]
                 t = states[head, 2]

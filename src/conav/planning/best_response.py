@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from conav.compiled import kernel
 from conav.games.splitmix64 import draw, unit
 from conav.planning.arranged import Arranged
-from conav.planning.graph import ONE_CHANGE
+from conav.planning.graph_arrays import ONE_CHANGE
 from conav.planning.steering import MAX_PIECES, connection
 from conav.planning.traffic import Traffic, hits
 from conav.planning.types import PIECE
@@ -70,6 +70,7 @@ def make_roads(arranged: Arranged, automaton: Automaton, costs: NDArray[np.float
     """The graph made ready for responses in one cost, (edges,) of each edge."""
     remaining = remaining_costs(
         arranged.letters,
+        arranged.ends,
         arranged.starts,
         arranged.sources,
         costs,
@@ -103,6 +104,7 @@ def best_response(
     path, cost, conflicts = _search(
         arranged.states,
         arranged.letters,
+        arranged.ends,
         arranged.starts,
         arranged.sources,
         roads.costs,
@@ -156,6 +158,7 @@ def state_after(
 @kernel
 def remaining_costs(
     letters: NDArray[np.int32],
+    ends: NDArray[np.bool_],
     starts: NDArray[np.int64],
     sources: NDArray[np.int32],
     costs: NDArray[np.float64],
@@ -171,7 +174,7 @@ def remaining_costs(
     remaining = np.full((size, states), np.inf)
     for head in range(size - 1, -1, -1):
         for state in range(states):
-            if accepting[state]:
+            if accepting[state] and ends[head]:
                 remaining[head, state] = 0.0
         for edge in range(starts[head], starts[head + 1]):
             tail = int(sources[edge])
@@ -196,6 +199,7 @@ def remaining_costs(
 def _search(
     states: NDArray[np.float64],
     letters: NDArray[np.int32],
+    ends: NDArray[np.bool_],
     starts: NDArray[np.int64],
     sources: NDArray[np.int32],
     costs: NDArray[np.float64],
@@ -320,7 +324,7 @@ def _search(
                 if not again:
                     break
         for state in range(task_states):
-            if not accepting[state] or cost_to[head, state] == np.inf:
+            if not (accepting[state] and ends[head]) or cost_to[head, state] == np.inf:
                 continue
             run = hits_to[head, state]
             cost = cost_to[head, state]

@@ -16,6 +16,7 @@ SOLVERS: dict[str, str] = {
     "anytime-prioritized": "conav.planning.anytime_prioritized:AnytimePrioritized",
     "inash-restarts": "conav.planning.inash_restarts:INashRestarts",
     "social-optimum": "conav.planning.social_optimum:SocialOptimum",
+    "coupled": "conav.planning.coupled:Coupled",
 }
 """Solver name -> "module:class"; nothing is imported before it is asked for."""
 

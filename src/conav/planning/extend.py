@@ -12,98 +12,48 @@ sizes of arrays nor on how many samples one call makes.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.games.splitmix64 import below, draw, unit
-from conav.geometry.clearance import point_segment_square
-from conav.planning.graph import (
+from conav.planning.graph_arrays import (
     BEFORE,
-    CELL,
-    COLUMNS,
     EDGES,
     ETA,
     FORWARD,
     FULL,
     GAMMA,
-    LAYERS,
-    LEFT,
-    LOW,
     REFUSED,
     REJECTED,
     ROOT,
-    ROWS,
     SAMPLES,
     VERTICES,
     WORDS,
-    RobotGraph,
     cell_of,
-    insert,
-    width,
 )
-from conav.planning.labels import in_polygon
+from conav.planning.insert import insert
+from conav.planning.near import nearest, some_near
 from conav.planning.obstacles import segment_free
 from conav.planning.radius import connection_radius
-from conav.planning.steering import AT_MOST, SPEED, STATE
+from conav.planning.sampler import (
+    DRAWS,
+    FROM_X,
+    FROM_Y,
+    GOALS,
+    HORIZON,
+    LOCAL,
+    TO_X,
+    TO_Y,
+    WAITS,
+    WAYS,
+)
+from conav.planning.steering import AT_MOST, SPEED
+from conav.planning.targets import TRIES, nearest_in, place_in
 
-_DRAWS = 64  # of a sample
-_TRIES = 8  # to hit a region from its bounding box
-_DEPTH = 1e-6  # [m] straight ways end that far inside a region
-_FEW = 400  # vertices that are looked through faster than cells
-_RINGS = 5  # of cells around a sample that are looked through before all vertices are
 MAX_CHAIN = 256
 """Vertices of a straight way."""
-
-# Places of the numbers a sampler has.
-FROM_X, FROM_Y, TO_X, TO_Y, HORIZON, GOALS, STRAIGHT, WAITS, LOCAL = range(9)
-
-
-class Sampler(NamedTuple):
-    """Where samples come from; shares are of all samples, and the rest is uniform."""
-
-    seed: np.uint64
-    bounds: tuple[float, float, float, float]  # [m]
-    horizon_s: float
-    goal_share: float = 0.1  # in a region of the task
-    straight_share: float = 0.02  # straight ways from a vertex to a region
-    wait_share: float = 0.05  # a vertex, later
-    local_share: float = 0.3  # around the present path, if there is one
-
-    @property
-    def numbers(self) -> NDArray[np.float64]:
-        return np.array(
-            [
-                *self.bounds,
-                self.horizon_s,
-                self.goal_share,
-                self.straight_share,
-                self.wait_share,
-                self.local_share,
-            ]
-        )
-
-
-def grow(graph: RobotGraph, sampler: Sampler, path: NDArray[np.float64], samples: int) -> None:
-    """Adds what the next samples give; `path`, (m, STATE), is the present one, m may be 0."""
-    numbers = sampler.numbers
-    state = np.empty(STATE)
-    while True:
-        samples -= extend(
-            *graph.surroundings.arrays,
-            *graph.arrays,
-            state,
-            *graph.memory,
-            sampler.seed,
-            numbers,
-            path,
-            samples,
-        )
-        if samples == 0:
-            return
-        graph.enlarge()
 
 
 @kernel
@@ -130,6 +80,7 @@ def extend(
     places: NDArray[np.float64],
     word: NDArray[np.int64],
     pieces: NDArray[np.float64],
+    near_ones: NDArray[np.int32],
     seed: np.uint64,
     numbers: NDArray[np.float64],
     path: NDArray[np.float64],
@@ -144,7 +95,7 @@ def extend(
         edge = counts[EDGES]
         place = counts[WORDS]
         sample = counts[SAMPLES]
-        first = sample * _DRAWS
+        first = sample * DRAWS
         kind = unit(draw(seed, first))
         some = unit(draw(seed, first + 1))
         radius = connection_radius(vertices + 1, rule[GAMMA], rule[ETA], int(rule[ROOT]))
@@ -167,7 +118,7 @@ def extend(
             y = states[near, 1]
             t = states[near, 2] + some * radius / speed
             nears = False
-        elif kind < numbers[WAITS] + numbers[STRAIGHT]:
+        elif kind < numbers[WAITS] + numbers[WAYS]:
             nears = False
             near = below(draw(seed, first + 2), vertices)
             t = np.inf
@@ -200,7 +151,7 @@ def extend(
                     )
                     if steps > MAX_CHAIN:
                         t = np.inf
-        elif kind < numbers[WAITS] + numbers[STRAIGHT] + numbers[LOCAL] and len(path) > 1:
+        elif kind < numbers[WAITS] + numbers[WAYS] + numbers[LOCAL] and len(path) > 1:
             # Around a place of the path, mostly close by, and in its time as well.
             leg = below(draw(seed, first + 2), len(path) - 1)
             share = unit(draw(seed, first + 3))
@@ -213,13 +164,13 @@ def extend(
             t += spread / speed * (2.0 * unit(draw(seed, first + 6)) - 1.0)
         else:
             found = False
-            beyond = numbers[WAITS] + numbers[STRAIGHT] + numbers[LOCAL]
+            beyond = numbers[WAITS] + numbers[WAYS] + numbers[LOCAL]
             if beyond <= kind < beyond + numbers[GOALS] and targets > 0:
                 target = below(draw(seed, first + 2), targets)
-                for trial in range(_TRIES):
+                for trial in range(TRIES):
                     u = unit(draw(seed, first + 8 + 2 * trial))
                     v = unit(draw(seed, first + 9 + 2 * trial))
-                    x, y, found = _in_region(discs, rings, sides, target, u, v)
+                    x, y, found = place_in(discs, rings, sides, target, u, v)
                     if found:
                         break
             if not found:
@@ -238,7 +189,7 @@ def extend(
                 # A sample that some vertex reaches within the radius is taken as it is, whichever
                 # is the nearest; in mode "paper" the way from that one must be free.
                 if rule[FORWARD] != 0.0:
-                    near = _some_near(states, links, heads, box, speed, radius, x, y, t)
+                    near = some_near(states, links, heads, box, speed, radius, x, y, t)
                 if near < 0:
                     near = nearest(states, links, heads, box, vertices, speed, x, y, t)
                 if near >= 0:
@@ -287,6 +238,7 @@ def extend(
                         places,
                         word,
                         pieces,
+                        near_ones,
                     )
                     if outcome <= 0:
                         break
@@ -323,171 +275,3 @@ def _distance(ax: float, ay: float, bx: float, by: float) -> float:
     dx = bx - ax
     dy = by - ay
     return math.sqrt(dx * dx + dy * dy)
-
-
-@kernel
-def _some_near(
-    states: NDArray[np.float64],
-    links: NDArray[np.int32],
-    heads: NDArray[np.int32],
-    box: NDArray[np.float64],
-    speed: float,
-    radius: float,
-    x: float,
-    y: float,
-    t: float,
-) -> int:
-    """Some vertex within the radius from which (x, y, t) can be reached in time, -1 for none."""
-    columns = int(box[COLUMNS])
-    rows = int(box[ROWS])
-    layers = int(box[LAYERS])
-    cell = box[CELL]
-    layer = min(max(int(speed * t / cell), 0), layers - 1)
-    for z in range(layer, max(int((speed * t - radius) / cell), 0) - 1, -1):
-        wide = width(z, layers, cell, speed * t, radius)
-        for v in range(
-            max(int((y - wide - box[LOW]) / cell), 0),
-            min(int((y + wide - box[LOW]) / cell), rows - 1) + 1,
-        ):
-            for u in range(
-                max(int((x - wide - box[LEFT]) / cell), 0),
-                min(int((x + wide - box[LEFT]) / cell), columns - 1) + 1,
-            ):
-                old = heads[(z * rows + v) * columns + u]
-                while old >= 0:
-                    dx = x - states[old, 0]
-                    dy = y - states[old, 1]
-                    reach = speed * (t - states[old, 2])
-                    plane = dx * dx + dy * dy
-                    cone = reach * reach
-                    if plane <= cone and reach > 0.0 and plane + cone <= radius * radius:
-                        return old
-                    old = links[old, BEFORE]
-    return -1
-
-
-@kernel
-def nearest(
-    states: NDArray[np.float64],
-    links: NDArray[np.int32],
-    heads: NDArray[np.int32],
-    box: NDArray[np.float64],
-    vertices: int,
-    speed: float,
-    x: float,
-    y: float,
-    t: float,
-) -> int:
-    """The nearest vertex from which (x, y, t) can be reached in time, -1 for none.
-
-    Of equals the first in order of insertion. Distances are compared in squares.
-    """
-    best = np.inf
-    found = -1
-    columns = int(box[COLUMNS])
-    rows = int(box[ROWS])
-    if vertices > _FEW:
-        column = min(max(int((x - box[LEFT]) / box[CELL]), 0), columns - 1)
-        row = min(max(int((y - box[LOW]) / box[CELL]), 0), rows - 1)
-        layer = min(max(int(speed * t / box[CELL]), 0), int(box[LAYERS]) - 1)
-        for ring in range(_RINGS):
-            for z in range(max(layer - ring, 0), layer + 1):
-                for v in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
-                    inner = ring > 0 and layer - z < ring and abs(v - row) < ring
-                    for u in range(column - ring, column + ring + 1, 2 * ring if inner else 1):
-                        if u < 0 or u >= columns:
-                            continue
-                        old = heads[(z * rows + v) * columns + u]
-                        while old >= 0:
-                            dx = x - states[old, 0]
-                            dy = y - states[old, 1]
-                            reach = speed * (t - states[old, 2])
-                            plane = dx * dx + dy * dy
-                            cone = reach * reach
-                            away = plane + cone
-                            if (
-                                plane <= cone
-                                and reach > 0.0
-                                and (away < best or (away == best and old < found))
-                            ):
-                                best = away
-                                found = old
-                            old = links[old, BEFORE]
-            # Whatever lies outside the rings so far is at least that far away.
-            outside = ring * box[CELL]
-            if found >= 0 and best <= outside * outside:
-                return found
-    for old in range(vertices):
-        dx = x - states[old, 0]
-        dy = y - states[old, 1]
-        reach = speed * (t - states[old, 2])
-        plane = dx * dx + dy * dy
-        cone = reach * reach
-        away = plane + cone
-        if plane <= cone and reach > 0.0 and (away < best or (away == best and old < found)):
-            best = away
-            found = old
-    return found
-
-
-@kernel
-def _in_region(
-    discs: NDArray[np.float64],
-    rings: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    target: int,
-    u: float,
-    v: float,
-) -> tuple[float, float, bool]:
-    """A place of a region's bounding box, and whether it is in the region."""
-    if target < len(discs):
-        dx = 2.0 * u - 1.0
-        dy = 2.0 * v - 1.0
-        r = discs[target, 2]
-        return discs[target, 0] + r * dx, discs[target, 1] + r * dy, dx * dx + dy * dy < 1.0
-    ring = target - len(discs)
-    x = rings[ring, 2] + u * (rings[ring, 4] - rings[ring, 2])
-    y = rings[ring, 3] + v * (rings[ring, 5] - rings[ring, 3])
-    return x, y, in_polygon(rings, sides, ring, x, y)
-
-
-@kernel
-def nearest_in(
-    discs: NDArray[np.float64],
-    rings: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    target: int,
-    x: float,
-    y: float,
-) -> tuple[float, float, bool]:
-    """A place just inside a region, nearest to one outside, and whether there is one."""
-    if target < len(discs):
-        r = discs[target, 2]
-        dx = x - discs[target, 0]
-        dy = y - discs[target, 1]
-        away = math.sqrt(dx * dx + dy * dy)
-        if away <= r:
-            return x, y, False
-        keep = (r - min(_DEPTH, 0.5 * r)) / away
-        return discs[target, 0] + keep * dx, discs[target, 1] + keep * dy, True
-    ring = target - len(discs)
-    if in_polygon(rings, sides, ring, x, y):
-        return x, y, False
-    best = np.inf
-    found_x = x
-    found_y = y
-    for side in range(int(rings[ring, 0]), int(rings[ring, 1])):
-        x0, y0, x1, y1 = sides[side]
-        away = point_segment_square(x, y, x0, y0, x1, y1)
-        if away < best:
-            best = away
-            dx = x1 - x0
-            dy = y1 - y0
-            length = math.sqrt(dx * dx + dy * dy)
-            margin = min(2.0 * _DEPTH / length, 0.5)
-            along = ((x - x0) * dx + (y - y0) * dy) / (length * length)
-            along = min(max(along, margin), 1.0 - margin)
-            # Regions lie on the left of their sides.
-            found_x = x0 + along * dx - _DEPTH * dy / length
-            found_y = y0 + along * dy + _DEPTH * dx / length
-    return found_x, found_y, in_polygon(rings, sides, ring, found_x, found_y)

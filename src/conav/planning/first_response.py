@@ -34,6 +34,7 @@ def first_response(
         arranged.vertices,
         arranged.states,
         arranged.letters,
+        arranged.ends,
         arranged.starts,
         arranged.sources,
         roads.costs,
@@ -60,6 +61,7 @@ def _descend(
     vertices: NDArray[np.int64],
     states: NDArray[np.float64],
     letters: NDArray[np.int32],
+    ends: NDArray[np.bool_],
     starts: NDArray[np.int64],
     sources: NDArray[np.int32],
     costs: NDArray[np.float64],
@@ -125,7 +127,7 @@ def _descend(
         if arrived:
             counters[1] += 1
             arrived = False
-            if accepting[state] and cost < bound:
+            if accepting[state] and ends[tail] and cost < bound:
                 free = True
                 if stays and states[tail, 2] < horizon:
                     rest[0, 0] = states[tail, 2]

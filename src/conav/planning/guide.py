@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
-from conav.planning.graph import LETTER, RobotGraph, letter_of
+from conav.planning.graph import RobotGraph
+from conav.planning.graph_arrays import LETTER, letter_of
 from conav.planning.labels import MAX_EVENTS, UNCLEAR, on_border, point_label, segment_word
 from conav.planning.obstacles import Obstacles, segment_free
-from conav.planning.steering import AT_MOST, SPEED, STATE
+from conav.planning.steering import AT_MOST, SPEED
 from conav.tasks.automaton import INITIAL, Automaton
 
 MAX_CELLS = 40_000
@@ -320,5 +321,5 @@ def delayed(
     delays = step_s * np.arange(1, times + 1)
     later = np.repeat(states[None, :, :], times, axis=0)
     later[:, :, 2] += delays[:, None]
-    rows = later.reshape(-1, STATE)
+    rows = later.reshape(-1, states.shape[1])
     return rows[rows[:, 2] <= horizon_s]

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.geometry.clearance import point_segment_square
-from conav.planning.graph import LETTER
+from conav.planning.graph_arrays import LETTER
 from conav.planning.labels import Regions, in_polygon
 from conav.planning.letters import Task
 from conav.planning.lower_bound import shortest_length
 from conav.planning.obstacles import point_free
 from conav.planning.team import Team
-from conav.planning.types import PlanningProblem
+from conav.planning.types import DOUBLE_INTEGRATOR, PlanningProblem, PlanningRobot
 from conav.tasks.automaton import INITIAL
 
 ROUNDING = 1e-9  # [m or s] by which something must be wrong to be called so
@@ -37,6 +37,8 @@ def why_impossible(team: Team) -> str | None:
     problem = team.problem
     for robot, at in enumerate(problem.robots):
         reason = _start_in_the_way(team, robot)
+        if reason is None:
+            reason = _too_fast(at)
         if reason is None:
             reason = _too_far(team, robot)
         if reason is None:
@@ -58,6 +60,15 @@ def _start_in_the_way(team: Team, robot: int) -> str | None:
         f"its start ({x:g}, {y:g}) is off the floor, or nearer to a wall or disc than its radius "
         f"of {at.radius_m:g} m"
     )
+
+
+def _too_fast(robot: PlanningRobot) -> str | None:
+    if robot.motion != DOUBLE_INTEGRATOR:
+        return None
+    speed = math.hypot(*robot.start[2:])
+    if speed <= robot.speed_mps + ROUNDING:
+        return None
+    return f"it starts at {speed:g} m/s, and its top speed is {robot.speed_mps:g} m/s"
 
 
 def _starts_overlap(problem: PlanningProblem) -> str | None:

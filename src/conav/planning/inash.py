@@ -21,6 +21,7 @@ from conav.planning.budget import Budget, OnProgress
 from conav.planning.draws import Draws
 from conav.planning.feasibility import Feasibility
 from conav.planning.impossible import why_impossible
+from conav.planning.lay_guides import lay_guides
 from conav.planning.team import GraphSettings, Team, build_team, robot_seed
 from conav.planning.types import PlanningProblem, PlanningResult
 from conav.status import Status
@@ -49,7 +50,7 @@ class INash(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
-        team.lay_guides()
+        lay_guides(team)
         game = _Game(self, team, budget, seed)
         while budget.growing:
             game.iterate(budget.next_batch(self.batch))

@@ -16,6 +16,7 @@ from conav.planning.budget import Budget, OnProgress
 from conav.planning.draws import Draws
 from conav.planning.feasibility import Feasibility
 from conav.planning.impossible import why_impossible
+from conav.planning.lay_guides import lay_guides
 from conav.planning.settle import choose_in_turn, play_round, settle
 from conav.planning.team import GraphSettings, Team, build_team, robot_seed
 from conav.planning.types import PlanningProblem, PlanningResult
@@ -43,7 +44,7 @@ class INashRestarts(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
-        team.lay_guides()
+        lay_guides(team)
         feasibility = Feasibility(
             Draws(robot_seed(seed, "/feasibility")), self.orders, self.repairs, self.batch
         )

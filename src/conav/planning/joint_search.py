@@ -9,10 +9,14 @@ one way, and found if no label of the same edges and states of all robots is at 
 Labels are looked at in the lexicographic order of their sum and the rest of each robot's way alone,
 in each component; so with one cost this is A*, and the first plan found is the optimum
 [Stewart1991]. The number of labels grows exponentially with the robots.
+
+A rule may say more of robots together than that they keep apart. It is told of every pair of steps
+that overlap in time, each once, and remembers what it needs; labels it remembers different things
+of are kept side by side.
 """
 
 import heapq
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from operator import add
 from typing import NamedTuple
@@ -21,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.planning.best_response import LEAST_GAIN, Roads, state_after
-from conav.planning.graph import ONE_CHANGE
+from conav.planning.graph_arrays import ONE_CHANGE
+from conav.planning.joint_rule import JointRule, Present
 from conav.planning.steering import pieces_of
 from conav.planning.team import Team
 from conav.planning.traffic import pieces_apart
@@ -77,6 +82,7 @@ class _Side:
     remaining: NDArray[np.float64]  # (ranks, states, components)
     costs: NDArray[np.float64]  # (edges, components)
     _pieces: dict[_Step, NDArray[np.float64]] = field(default_factory=dict)
+    _presents: dict[_Step, Present] = field(default_factory=dict)
     _moves: dict[_Step, list[_Move]] = field(default_factory=dict)
 
     def moves(self, here: int, state: int) -> list[_Move]:
@@ -109,6 +115,18 @@ class _Side:
                 self._pieces[step] = pieces_of(self.limits, states[[tail, head]])
         return self._pieces[step]
 
+    def present(self, step: _Step) -> Present:
+        """The robot at a step, for rules."""
+        if step not in self._presents:
+            tail, head = step
+            if tail < 0:
+                found = Present(step, np.empty((0, PIECE)), -1.0)
+            else:
+                until = float("inf") if head == _REST else self.times[head]
+                found = Present(step, self.pieces(step), until)
+            self._presents[step] = found
+        return self._presents[step]
+
     def state_after(self, state: int, tail: int, edge: int, head: int) -> int:
         """The state of the task after an edge."""
         arranged, automaton = self.roads[0].arranged, self.roads[0].automaton
@@ -128,6 +146,7 @@ class _Side:
 
 
 _At = tuple[tuple[_Step, int], ...]  # of each robot its present edge and its state after it
+_Key = tuple[_At, Hashable]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +155,7 @@ class _Label:
     cost: tuple[float, ...]
     rests: tuple[tuple[float, ...], ...]  # what remains of each robot's way, alone
     before: "_Label | None"
+    memory: Hashable  # of the rule
 
 
 def joint_search(
@@ -144,10 +164,15 @@ def joint_search(
     max_labels: int,
     known: float = float("inf"),
     out_of_time: Callable[[], bool] = lambda: False,
+    rule: JointRule | None = None,
+    weight: float = 1.0,
 ) -> JointResult:
     """The plans with sums that nothing dominates, one for each such sum.
 
-    Of one component, only if its sum is below `known`, by more than rounding.
+    Of one component, only if its sum is below `known`, by more than rounding. Where `rule` is given
+    they keep it. With a `weight` above 1, for one component, what remains counts so many times in
+    the order of labels: a plan is found sooner, costs at most so many times the least, and nothing
+    is proved.
     """
     nothing = float("inf")
     sides = [_side(team, robot) for robot in robots]
@@ -163,33 +188,39 @@ def joint_search(
             a[0, 1] = b[0, 1] = 0.0
             if not pieces_apart(a, 0, b, 0, side.body + other.body):
                 return JointResult((), True, 0, nothing)
-    seen: dict[_At, list[tuple[float, ...]]] = {}
+    seen: dict[_Key, list[tuple[float, ...]]] = {}
     apart: dict[tuple[int, _Step, int, _Step], bool] = {}
     plans: list[JointPlan] = []
     bound = _sum(zero, alone)
     if max(bound) == nothing:
         return JointResult((), True, 0, nothing)
+    easy = bound[0]  # with nobody about
     heap: list[tuple[tuple[float, ...], int, _Label]] = [
-        (bound, 0, _Label(start, zero, alone, None))
+        (bound, 0, _Label(start, zero, alone, None, None if rule is None else rule.begin()))
     ]
     made = 1
     labels = 0
     while heap:
-        bound, _, label = heapq.heappop(heap)
+        order, _, label = heapq.heappop(heap)
+        bound = order if weight == 1.0 else _sum(label.cost, label.rests)
         if bound[0] >= known - LEAST_GAIN and len(bound) == 1:
+            if weight != 1.0:  # others may have less yet to come
+                continue
             return JointResult(tuple(plans), True, labels, min(bound[0], known))
         if any(_covers(plan.total, bound) for plan in plans):
             continue
-        kept = seen.setdefault(label.at, [])
+        kept = seen.setdefault((label.at, label.memory), [])
         if any(_covers(cost, label.cost) for cost in kept):
             continue
         if labels >= max_labels or out_of_time():
-            least = min([bound[0], *(plan.total[0] for plan in plans)])
+            least = min([bound[0] if weight == 1.0 else easy, *(p.total[0] for p in plans)])
             return JointResult(tuple(plans), False, labels, least)
         labels += 1
         kept.append(label.cost)
         moving = [i for i, ((_, head), _) in enumerate(label.at) if head != _REST]
         if not moving:
+            if rule is not None and not rule.holds(label.memory):
+                continue
             # Bounds are sums in another order, so by a rounding one may come before another that it
             # turns out to be dominated by.
             if not any(_covers(plan.total, label.cost) for plan in plans):
@@ -210,7 +241,8 @@ def joint_search(
             if len(below) == 1 and below[0] >= known - LEAST_GAIN:
                 continue
             at = (*label.at[:robot], (step, after), *label.at[robot + 1 :])
-            if any(_covers(other, cost) for other in seen.get(at, ())):
+            memory = label.memory
+            if rule is None and any(_covers(other, cost) for other in seen.get((at, None), ())):
                 continue
             fine = True
             for other, (theirs, _) in enumerate(label.at):
@@ -222,10 +254,21 @@ def joint_search(
                 if not apart[key]:
                     fine = False
                     break
-            if fine:
-                heapq.heappush(heap, (below, made, _Label(at, cost, rests, label)))
-                made += 1
+            if not fine:
+                continue
+            if rule is not None:
+                others = [one.present(own) for one, (own, _) in zip(sides, label.at, strict=True)]
+                memory = rule.after(memory, robot, side.present(step), others)
+                if memory is None:
+                    continue
+                if any(_covers(other, cost) for other in seen.get((at, memory), ())):
+                    continue
+            priority = below if weight == 1.0 else _weighted(cost, rests, weight)
+            heapq.heappush(heap, (priority, made, _Label(at, cost, rests, label, memory)))
+            made += 1
     least = min([known, *(plan.total[0] for plan in plans)])
+    if weight != 1.0 and plans:
+        return JointResult(tuple(plans), False, labels, easy)
     return JointResult(tuple(plans), True, labels, least)
 
 
@@ -253,6 +296,13 @@ def _side(team: Team, robot: int) -> _Side:
 def _sum(cost: tuple[float, ...], rests: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
     """What every plan from here on costs at least."""
     return tuple(map(sum, zip(cost, *rests, strict=True)))
+
+
+def _weighted(
+    cost: tuple[float, ...], rests: Sequence[tuple[float, ...]], weight: float
+) -> tuple[float, ...]:
+    """As `_sum`, with what remains so many times."""
+    return tuple(own + weight * sum(rest) for own, *rest in zip(cost, *rests, strict=True))
 
 
 def _apart(a: _Side, step: _Step, b: _Side, other: _Step) -> bool:

@@ -13,6 +13,7 @@ from conav.planning.foreign.db_cbs import read_db_cbs
 from conav.planning.foreign.movingai_scenario import read_movingai_scenario
 from conav.planning.scene_file import read_scene_file
 from conav.planning.scenes.catalogue import SCENES, make_scene
+from conav.planning.scenes.frozen_scenes import FROZEN, frozen_path
 from conav.planning.types import PlanningProblem
 
 SUFFIXES = {
@@ -34,9 +35,10 @@ def load_scene(
 
     A file is read as its suffix says (`SUFFIXES`). A made scene's name may be followed by settings:
     `antipodal-circle:12` is 12 robots, `random-discs:8,obstacles=20,seed=3` says more; `seed` draws
-    it where the name has none. `file.scen:10` is the first 10 entries of a scenario. `robots` does
-    what the number after the colon does, for made scenes and scenarios, and for a file in another
-    format takes only the first robots.
+    it where the name has none. Frozen scenes (`FROZEN`) are files that come with conav, by name.
+    `file.scen:10` is the first 10 entries of a scenario. `robots` does what the number after the
+    colon does, for made scenes and scenarios, and for a file in another format takes only the first
+    robots.
 
     Raises `InputError`, with a remedy, for everything that is no scene.
 
@@ -56,6 +58,14 @@ def load_scene(
         if not path.exists():
             raise _missing(path)
         return _read(path, count)
+    if name in FROZEN:
+        if settings and set(settings) != {"robots"}:
+            raise InputError(
+                text, f"{name} is frozen: only a number of robots can follow its name",
+                f"for others take {FROZEN[name].scene}",
+            )  # fmt: skip
+        count = _whole(text, settings["robots"]) if settings else robots
+        return _read(frozen_path(name), count)
     if name in SCENES:
         if robots is not None:
             settings.setdefault("robots", str(robots))
@@ -91,7 +101,15 @@ def _first(path: Path, problem: PlanningProblem, robots: int) -> PlanningProblem
             path, f"has {len(problem.robots)} robots, not {robots}",
             f"ask for 1 to {len(problem.robots)}",
         )  # fmt: skip
-    return replace(problem, robots=problem.robots[:robots])
+    kept = problem.robots[:robots]
+    names = {robot.name for robot in kept}
+    for coupling in problem.couplings:
+        if not names.issuperset(coupling.robots):
+            raise InputError(
+                path, f"couples {' and '.join(coupling.robots)}, and the first {robots} robots "
+                "are not both of them", "ask for all robots",
+            )  # fmt: skip
+    return replace(problem, robots=kept)
 
 
 def _parted(text: str) -> tuple[str, dict[str, str]]:
@@ -132,7 +150,7 @@ def _missing(path: Path) -> InputError:
 
 def _unknown(text: str, path: Path) -> InputError:
     name = path.name
-    near = difflib.get_close_matches(name, SCENES, n=1)
+    near = difflib.get_close_matches(name, [*SCENES, *FROZEN], n=1)
     if near:
         return InputError(f"scene {text!r}", "is not known", f"did you mean {near[0]}?")
     kinds = ", ".join(SUFFIXES)

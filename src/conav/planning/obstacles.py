@@ -31,12 +31,17 @@ class Obstacles(NamedTuple):
 
 
 def build_obstacles(
-    floor: PolygonMap, discs: NDArray[np.float64], radius_m: float, cell_m: float = 0.5
+    floor: PolygonMap,
+    discs: NDArray[np.float64],
+    radius_m: float,
+    cell_m: float = 0.5,
+    spare_m: float = 0.0,
 ) -> Obstacles:
     """The obstacles for the centre of a robot of this radius, which must be above 0.
 
     `discs` has shape (m, 3): x, y, radius [m]. Cells are as large as asked, or larger where there
-    would be more than `MAX_CELLS`.
+    would be more than `MAX_CELLS`. Who asks for more distance (`segment_keeps`) must have that much
+    to spare in the lists.
     """
     round_ones = np.reshape(np.asarray(discs, dtype=np.float64), (-1, 3))
     walls = len(floor.segments)
@@ -52,13 +57,13 @@ def build_obstacles(
         cell *= 2
     columns, rows = int((x1 - x0) / cell) + 1, int((y1 - y0) / cell) + 1
     grid = np.array([x0, y0, cell, columns, rows, walls])
-    starts, items = _lists(grid, shapes)
+    starts, items = _lists(grid, shapes, SPARE + spare_m)
     return Obstacles(grid, starts, items, shapes)
 
 
 @kernel
 def _lists(
-    grid: NDArray[np.float64], shapes: NDArray[np.float64]
+    grid: NDArray[np.float64], shapes: NDArray[np.float64], spare: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Where each cell's list starts, and the lists."""
     left = grid[0]
@@ -73,7 +78,7 @@ def _lists(
         for item in range(len(shapes)):
             ax, ay, bx, by, reach = shapes[item]
             # A cell in reach has its centre in reach and half a diagonal.
-            far = reach + cell * 0.7072 + SPARE
+            far = reach + cell * 0.7072 + spare
             first_column = max(0, int((min(ax, bx) - far - left) / cell) - 1)
             last_column = min(columns - 1, int((max(ax, bx) + far - left) / cell) + 1)
             first_row = max(0, int((min(ay, by) - far - low) / cell) - 1)
@@ -132,6 +137,22 @@ def segment_free(
 
     From a place on the floor it then stays on the floor, since its radius is above 0.
     """
+    return segment_keeps(grid, starts, items, shapes, ax, ay, bx, by, 0.0)
+
+
+@kernel
+def segment_keeps(
+    grid: NDArray[np.float64],
+    starts: NDArray[np.int32],
+    items: NDArray[np.int32],
+    shapes: NDArray[np.float64],
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    more: float,
+) -> bool:
+    """Whether it also keeps so much more distance [m] from all obstacles."""
     scale = 1.0 / grid[2]
     columns = int(grid[3])
     rows = int(grid[4])
@@ -165,7 +186,7 @@ def segment_free(
             y0 = shapes[item, 1]
             x1 = shapes[item, 2]
             y1 = shapes[item, 3]
-            reach = shapes[item, 4]
+            reach = shapes[item, 4] + more
             if x0 == x1 and y0 == y1:
                 square = point_segment_square(x0, y0, ax, ay, bx, by)
             else:

@@ -40,6 +40,7 @@ def pareto_response(
     path, cost = _search(
         arranged.states,
         arranged.letters,
+        arranged.ends,
         arranged.starts,
         arranged.sources,
         np.stack([each.costs for each in roads], axis=1),
@@ -107,6 +108,7 @@ def _dominated(
 def _search(
     states: NDArray[np.float64],
     letters: NDArray[np.int32],
+    ends: NDArray[np.bool_],
     starts: NDArray[np.int64],
     sources: NDArray[np.int32],
     costs: NDArray[np.float64],
@@ -237,7 +239,7 @@ def _search(
                 label_from[used, 1] = head
                 used += 1
             label_until[head, state] = used
-            if not accepting[state]:
+            if not (accepting[state] and ends[head]):
                 continue
             clear = -1  # all labels of this pair rest at the same place and time
             for label in range(label_first[head, state], used):

@@ -80,6 +80,6 @@ def _length_gaining(p: float, c: float, a: float, duration: float) -> float:
         return 0.0
     share = (p + q) / (first + last)
     length = duration * (last + p * share)
-    if c > 0.0:
+    if c * c > 0.0:  # one that is lost when squared adds nothing, and would be divided by
         length += c * c * log_above_one(a * duration * (1.0 + share) / (p + first)) / a
     return 0.5 * length

@@ -1,8 +1,9 @@
 """The radius within which a new vertex is connected, the same on every machine.
 
-r(k) = min(gamma (log k / k)^(1/m), eta) with m = 3 or 4: the space is the plane and time, d = 3,
-and m is d [Karaman2011] or d + 1 [Solovey2020]. Logarithm and roots are made of + - * / and sqrt,
-since those of mathematical libraries differ in their last bit from machine to machine.
+r(k) = min(gamma (log k / k)^(1/m), eta): m is d [Karaman2011] or d + 1 [Solovey2020], and d is the
+number of a state's coordinates, 3 for places and times, 4 with a heading, 5 with a velocity.
+Logarithm and roots are made of + - * / and sqrt, since those of mathematical libraries differ in
+their last bit from machine to machine.
 """
 
 import math
@@ -50,11 +51,32 @@ def cube_root(x: float) -> float:
 
 
 @kernel
+def fifth_root(x: float) -> float:
+    """The fifth root of 0 <= x <= 1, to the last few bits, by Newton's method from above."""
+    if x == 0.0:
+        return 0.0
+    root = math.sqrt(math.sqrt(x))  # at least the root, since x is at most 1
+    for _ in range(60):
+        fourth = root * root * root * root
+        after = (4.0 * root + x / fourth) / 5.0
+        if after >= root:
+            break
+        root = after
+    return root
+
+
+@kernel
 def connection_radius(count: int, gamma: float, eta: float, exponent: int) -> float:
-    """The radius [m] for the vertex that makes them `count`, by exponent 3 or 4."""
+    """The radius [m] for the vertex that makes them `count`, by exponent 3, 4, 5 or 6."""
     if count < 2:
         return eta
     share = natural_log(float(count)) / count
     if exponent == 3:
-        return min(gamma * cube_root(share), eta)
-    return min(gamma * math.sqrt(math.sqrt(share)), eta)
+        root = cube_root(share)
+    elif exponent == 4:
+        root = math.sqrt(math.sqrt(share))
+    elif exponent == 5:
+        root = fifth_root(share)
+    else:
+        root = math.sqrt(cube_root(share))
+    return min(gamma * root, eta)

@@ -7,7 +7,7 @@ import numpy as np
 
 from conav.errors import InputError
 from conav.maps.polygon_map import PolygonMap
-from conav.planning.types import PlanningProblem, PlanningRobot, Region, Trajectory
+from conav.planning.types import Coupling, PlanningProblem, PlanningRobot, Region, Trajectory
 from conav.runs.types import PlanRun
 
 
@@ -25,6 +25,11 @@ def problem_record(problem: PlanningProblem) -> dict[str, Any]:
         "margin_m": float(problem.margin_m),
         "costs": list(problem.costs),
         "robots": [_robot_record(robot) for robot in problem.robots],
+        **(
+            {"couplings": [_coupling_record(coupling) for coupling in problem.couplings]}
+            if problem.couplings
+            else {}
+        ),
     }
 
 
@@ -42,6 +47,7 @@ def recorded_problem(run: PlanRun) -> PlanningProblem:
             costs=tuple(problem["costs"]),
             margin_m=float(problem["margin_m"]),
             name=str(problem["name"]),
+            couplings=tuple(_coupling(one) for one in problem.get("couplings", ())),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
@@ -68,6 +74,27 @@ def _robot_record(robot: PlanningRobot) -> dict[str, Any]:
         "motion": robot.motion,
         "after_arrival": robot.after_arrival,
     }
+
+
+def _coupling_record(coupling: Coupling) -> dict[str, Any]:
+    record: dict[str, Any] = {"kind": coupling.kind, "robots": list(coupling.robots)}
+    for key in ("region", "other_region"):
+        region = getattr(coupling, key)
+        if region is not None:
+            record[key] = {"name": region.name, **_region_record(region)}
+    if coupling.within_m is not None:
+        record["within_m"] = float(coupling.within_m)
+    return record
+
+
+def _coupling(record: Mapping[str, Any]) -> Coupling:
+    regions = {
+        key: _region(str(record[key]["name"]), record[key])
+        for key in ("region", "other_region")
+        if key in record
+    }
+    a, b = record["robots"]
+    return Coupling(record["kind"], (str(a), str(b)), within_m=record.get("within_m"), **regions)
 
 
 def _region_record(region: Region) -> dict[str, Any]:

@@ -8,7 +8,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from conav.errors import InputError
-from conav.planning.scene_format import FloorEntry, RobotDefaults, RobotEntry, SceneFile, Shape
+from conav.planning.scene_format import (
+    CouplingEntry,
+    FloorEntry,
+    RobotDefaults,
+    RobotEntry,
+    SceneFile,
+    Shape,
+)
 
 _MISSPELT = "unexpected_keyword_argument"
 # A key that is missing and a list that is too short often follow from another mistake.
@@ -76,6 +83,8 @@ def _table(loc: tuple[str | int, ...]) -> type[Any]:
         return FloorEntry
     if loc[0] == "defaults":
         return RobotDefaults
+    if loc[0] == "couplings" and len(loc) == 2:
+        return CouplingEntry
     return RobotEntry if loc[0] == "robots" and len(loc) == 2 else Shape
 
 

@@ -24,6 +24,7 @@ from conav.planning.floor import floor_between, floor_of_grid, turned
 from conav.planning.scene_errors import scene_error
 from conav.planning.scene_format import (
     SCENE,
+    CouplingEntry,
     FloorEntry,
     RobotDefaults,
     RobotEntry,
@@ -34,6 +35,7 @@ from conav.planning.types import (
     DOUBLE_INTEGRATOR,
     DUBINS_CAR,
     SINGLE_INTEGRATOR,
+    Coupling,
     PlanningProblem,
     PlanningRobot,
     Region,
@@ -74,6 +76,9 @@ def read_scene_file(path: str | os.PathLike[str]) -> PlanningProblem:
         costs=scene.costs,
         margin_m=scene.margin_m,
         name=scene.name or path.stem,
+        couplings=tuple(
+            _coupling(place, scene, index, robots) for index in range(len(scene.couplings))
+        ),
     )
 
 
@@ -196,6 +201,43 @@ def _robot(place: str, scene: SceneFile, index: int) -> PlanningRobot:
     regions = {key: known[key] for key in known if key in own or key in named}
     start = _start(place, entry.start, str(values.get("motion", SINGLE_INTEGRATOR)))
     return replace(PlanningRobot(name, start, task, regions), **values)
+
+
+def _coupling(
+    place: str, scene: SceneFile, index: int, robots: tuple[PlanningRobot, ...]
+) -> Coupling:
+    entry = scene.couplings[index]
+    place = f"{place}: couplings[{index}]"
+    names = [robot.name for robot in robots]
+    for name in entry.robots:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, n=1)
+            raise InputError(
+                f"{place}.robots", f"there is no robot {name}",
+                f"did you mean {near[0]}?" if near else f"the robots: {', '.join(names)}",
+            )  # fmt: skip
+    return Coupling(
+        entry.kind,
+        entry.robots,
+        _coupled_region(place, "region", scene, entry),
+        _coupled_region(place, "other_region", scene, entry),
+        entry.within_m,
+    )
+
+
+def _coupled_region(place: str, key: str, scene: SceneFile, entry: CouplingEntry) -> Region | None:
+    value = getattr(entry, key)
+    if value is None:
+        return None
+    if isinstance(value, Shape):
+        return _region(key, value)
+    if value not in scene.regions:
+        near = difflib.get_close_matches(value, scene.regions, n=1)
+        raise InputError(
+            f"{place}.{key}", f"there is no region {value} in the scene",
+            f"did you mean {near[0]}?" if near else "add it to [regions], or give a shape",
+        )  # fmt: skip
+    return _region(value, scene.regions[value])
 
 
 def _own_or_default(entry: RobotEntry, defaults: RobotDefaults) -> dict[str, Any]:

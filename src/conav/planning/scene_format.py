@@ -19,6 +19,7 @@ Disc = tuple[float, float, Positive]
 Box = tuple[float, float, float, float]
 Motion = Literal["single-integrator", "double-integrator", "dubins-car"]
 AfterArrival = Literal["stay", "vanish"]
+CouplingKind = Literal["meet", "not-before", "near"]
 Cost = Literal["length", "duration"]
 
 _CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -116,6 +117,44 @@ class RobotEntry(RobotDefaults):
 
 
 @dataclass(frozen=True)
+class CouplingEntry:
+    """A task of two robots together."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _CONFIG
+
+    kind: CouplingKind
+    robots: Annotated[
+        tuple[Name, Name], Field(description="names; of not-before the later one first")
+    ]
+    region: Annotated[
+        Name | Shape | None, Field(description="of meet and not-before: where; a name or a shape")
+    ] = None
+    other_region: Annotated[
+        Name | Shape | None,
+        Field(description="of not-before: where the second robot must have been, else region"),
+    ] = None
+    within_m: Annotated[
+        Positive | None, Field(description="of meet and near: the distance of centres")
+    ] = None
+
+    def __post_init__(self) -> None:
+        keys = {
+            "region": self.region,
+            "other_region": self.other_region,
+            "within_m": self.within_m,
+        }
+        needed = {"meet": ("region", "within_m"), "not-before": ("region",), "near": ("within_m",)}
+        allowed = {**needed, "not-before": ("region", "other_region")}
+        for key, value in keys.items():
+            if value is None and key in needed[self.kind]:
+                raise ValueError(f"{self.kind} needs {key}")
+            if value is not None and key not in allowed[self.kind]:
+                raise ValueError(f"{self.kind} has no {key}")
+        if self.robots[0] == self.robots[1]:
+            raise ValueError("robots must be two different ones")
+
+
+@dataclass(frozen=True)
 class SceneFile:
     """A scene: robots with tasks of their own on one floor."""
 
@@ -134,6 +173,9 @@ class SceneFile:
         dict[Name, Shape], Field(description="known to every robot whose task names them")
     ] = field(default_factory=dict)
     defaults: RobotDefaults = field(default_factory=RobotDefaults)
+    couplings: Annotated[
+        tuple[CouplingEntry, ...], Field(description="tasks of two robots together")
+    ] = ()
 
 
 SCENE = TypeAdapter(SceneFile)

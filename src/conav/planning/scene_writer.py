@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conav.errors import InputError
 from conav.maps.write_whole import write_whole
-from conav.planning.types import PlanningProblem, PlanningRobot, Region
+from conav.planning.types import Coupling, PlanningProblem, PlanningRobot, Region
 
 _OWN = ("name", "start", "task", "regions")
 _SAME = tuple(item.name for item in fields(PlanningRobot) if item.name not in _OWN)
@@ -55,6 +55,8 @@ def scene_text(problem: PlanningProblem) -> str:
     lines += ["", "[defaults]", *(_pair(key, value) for key, value in defaults.items())]
     for robot in problem.robots:
         lines += ["", *_robot(robot, defaults)]
+    for coupling in problem.couplings:
+        lines += ["", *_coupling(coupling)]
     return "\n".join(lines) + "\n"
 
 
@@ -70,6 +72,21 @@ def _robot(robot: PlanningRobot, defaults: Mapping[str, object]) -> list[str]:
     if robot.regions:
         lines.append("[robots.regions]")
         lines += [f"{_key(key)} = {_shape(region)}" for key, region in robot.regions.items()]
+    return lines
+
+
+def _coupling(coupling: Coupling) -> list[str]:
+    lines = [
+        "[[couplings]]",
+        _pair("kind", coupling.kind),
+        f"robots = [{', '.join(_text(name) for name in coupling.robots)}]",
+    ]
+    for key in ("region", "other_region"):
+        region = getattr(coupling, key)
+        if region is not None:
+            lines.append(f"{key} = {_shape(region)}")
+    if coupling.within_m is not None:
+        lines.append(_pair("within_m", coupling.within_m))
     return lines
 
 

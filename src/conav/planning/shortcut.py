@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from conav.compiled import kernel
 from conav.games.splitmix64 import below, draw, unit
-from conav.planning.extend import nearest_in
-from conav.planning.graph import RobotGraph, letter_of
+from conav.planning.graph import RobotGraph
+from conav.planning.graph_arrays import letter_of
 from conav.planning.labels import MAX_EVENTS, UNCLEAR, on_border, point_label, segment_word
 from conav.planning.obstacles import segment_free
 from conav.planning.steering import AT_MOST, SPEED, STATE
+from conav.planning.targets import nearest_in
 from conav.planning.traffic import Traffic, hits
 from conav.planning.types import PIECE
 from conav.tasks.automaton import INITIAL, Automaton

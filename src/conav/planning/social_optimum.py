@@ -34,6 +34,7 @@ from conav.planning.feasibility import Feasibility
 from conav.planning.graph_optimum import GraphModel
 from conav.planning.impossible import why_impossible
 from conav.planning.joint_search import joint_search
+from conav.planning.lay_guides import lay_guides
 from conav.planning.settle import play_round, settle
 from conav.planning.team import GraphSettings, Team, build_team, robot_seed
 from conav.planning.types import SINGLE_INTEGRATOR, PlanningProblem, PlanningResult
@@ -74,7 +75,7 @@ class SocialOptimum(GraphSettings):
         reason = why_impossible(team)
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
-        team.lay_guides()
+        lay_guides(team)
         feasibility = Feasibility(
             Draws(robot_seed(seed, "/feasibility")), self.orders, self.repairs, self.batch
         )

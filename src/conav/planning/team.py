@@ -20,36 +20,40 @@ from conav.planning.best_response import (
     random_costs,
 )
 from conav.planning.budget import Budget
-from conav.planning.extend import Sampler, grow
+from conav.planning.coupling_rule import refuse_couplings
+from conav.planning.curves import SAG
 from conav.planning.first_response import first_response
-from conav.planning.graph import (
+from conav.planning.graph import RobotGraph, build_graph
+from conav.planning.graph_arrays import (
     EDGE_TESTS,
     SAMPLES,
     Exponent,
     Mode,
-    RobotGraph,
     Surroundings,
-    build_graph,
     make_rule,
 )
-from conav.planning.guide import Cells, build_cells, delayed, guide_path
+from conav.planning.growing import grow
 from conav.planning.labels import build_regions
 from conav.planning.letters import Task, task_of
 from conav.planning.lower_bound import sum_bound
 from conav.planning.obstacles import Obstacles, build_obstacles
 from conav.planning.pareto_response import pareto_response
 from conav.planning.radius import cube_root
+from conav.planning.sampler import Sampler
 from conav.planning.shortcut import between, shortcut
-from conav.planning.steering import STATE, build_limits, path_costs, pieces_of, start_state
+from conav.planning.shortcut_curved import between_curved, shortcut_curved
+from conav.planning.steering import (
+    MOTION,
+    STATE,
+    STRAIGHT,
+    build_limits,
+    path_costs,
+    pieces_of,
+    start_state,
+)
 from conav.planning.traffic import Traffic, build_traffic
 from conav.planning.types import PlanningProblem, PlanningResult, Trajectory
 from conav.status import Status
-
-GUIDE_CELLS = (1.0, 0.5)
-"""Sizes of the cells that are tried for a guide, in radii of the robot."""
-
-GUIDE_TRIES = 1000
-"""At straightening a guide."""
 
 
 @dataclass(frozen=True)
@@ -106,39 +110,6 @@ class Team:
         heed[list(robots)] = True
         return heed
 
-    def lay_guides(self) -> None:
-        """Puts a first path of each robot into its graph, where a search over cells finds one."""
-        if not self.settings.guide or self.settings.mode == "paper":
-            return
-        problem = self.problem
-        cells: dict[tuple[float, float], Cells] = {}
-
-        def found(robot: int, cell: float) -> NDArray[np.float64] | None:
-            graph = self.graphs[robot]
-            radius = problem.robots[robot].radius_m
-            key = radius, cell
-            if key not in cells:
-                obstacles = graph.surroundings.obstacles
-                cells[key] = build_cells(obstacles, problem.floor.bounds, radius * cell)
-            automaton = self.tasks[robot].automaton
-            return guide_path(graph, cells[key], automaton, problem.horizon_s)
-
-        for robot, at in enumerate(problem.robots):
-            graph = self.graphs[robot]
-            paths = (found(robot, cell) for cell in GUIDE_CELLS)
-            path = next((path for path in paths if path is not None), None)
-            if path is None:
-                continue
-            self.guides[robot] = self._straightened(robot, path, self.only([]), GUIDE_TRIES)
-            rows = between(graph, self.guides[robot], len(path))
-            graph.insert(rows[1:])
-            # A little less than half: two of them are then clearly within the radius.
-            radius = graph.radius_at(graph.size + len(rows) * self.settings.delays)
-            wait = 0.49 * radius / at.speed_mps
-            graph.insert(delayed(rows, wait, self.settings.delays, problem.horizon_s))
-            self.roads[robot] = ()
-            self.count("guides")
-
     def grow(self, robot: int, samples: int) -> None:
         """The robot's graph grows by what so many samples give."""
         graph = self.graphs[robot]
@@ -150,7 +121,7 @@ class Team:
     def roads_of(self, robot: int) -> tuple[Roads, ...]:
         """The robot's graph, ready for responses; made anew when it has grown."""
         if not self.roads[robot]:
-            arranged = arrange(self.graphs[robot].arrays)
+            arranged = arrange(self.graphs[robot].arrays, self.graphs[robot].surroundings.limits)
             automaton = self.tasks[robot].automaton
             self.roads[robot] = tuple(
                 make_roads(arranged, automaton, edge_costs(arranged, component))
@@ -247,20 +218,27 @@ class Team:
             return False
         graph = self.graphs[robot]
         before = graph.vertices[path]
-        after = self._straightened(robot, before, heed, self.settings.shortcut_tries)
+        after = self.straightened(robot, before, heed, self.settings.shortcut_tries)
         if len(after) == len(before) and np.array_equal(after, before):
             return False
-        rows = between(graph, after, len(after) * 4)
+        rows = (between if graph.straight else between_curved)(graph, after, len(after) * 4)
         graph.insert(rows[1:])
         self.roads[robot] = ()
         return True
 
-    def _straightened(
-        self, robot: int, path: NDArray[np.float64], heed: NDArray[np.bool_], tries: int
+    def straightened(
+        self,
+        robot: int,
+        path: NDArray[np.float64],
+        heed: NDArray[np.bool_],
+        tries: int,
+        graph: RobotGraph | None = None,
     ) -> NDArray[np.float64]:
+        """The states of a path of the robot made straighter, by its own or another graph's rule."""
         self.count("shortcuts")
-        return shortcut(
-            self.graphs[robot],
+        graph = graph or self.graphs[robot]
+        return (shortcut if graph.straight else shortcut_curved)(
+            graph,
             path,
             self.tasks[robot].automaton,
             self.traffic,
@@ -360,29 +338,35 @@ class Team:
 
 
 def build_team(problem: PlanningProblem, settings: GraphSettings, seed: int) -> Team:
-    """The team before anything was sampled: graphs of the starts alone."""
+    """The team before anything was sampled: graphs of the starts alone.
+
+    Raises `InputError` for a problem with couplings, which no graph of one robot knows.
+    """
+    refuse_couplings(problem)
     x0, y0, x1, y1 = problem.floor.bounds
     tasks = tuple(task_of(robot) for robot in problem.robots)
-    by_radius: dict[float, Obstacles] = {}
+    by_radius: dict[tuple[float, bool], Obstacles] = {}
     graphs: list[RobotGraph] = []
     samplers: list[Sampler] = []
     for robot, task in zip(problem.robots, tasks, strict=True):
-        if robot.radius_m not in by_radius:
-            obstacles = build_obstacles(problem.floor, problem.discs, robot.radius_m)
-            by_radius[robot.radius_m] = obstacles
+        limits, start = build_limits(robot), start_state(robot)
+        kind = robot.radius_m, limits[MOTION] == STRAIGHT
+        if kind not in by_radius:
+            spare = 0.0 if kind[1] else SAG
+            by_radius[kind] = build_obstacles(
+                problem.floor, problem.discs, robot.radius_m, spare_m=spare
+            )
         gamma = settings.gamma_m
         if gamma is None:
             gamma = default_gamma(problem.floor.area, robot.speed_mps * problem.horizon_s)
         surroundings = Surroundings(
-            by_radius[robot.radius_m],
+            by_radius[kind],
             build_regions(task.regions),
             task.masks,
-            build_limits(robot),
-            make_rule(settings.eta_m, gamma, settings.exponent, settings.mode),
+            limits,
+            make_rule(settings.eta_m, gamma, len(start), settings.exponent, settings.mode),
         )
-        graphs.append(
-            build_graph(surroundings, (x0, y0, x1, y1), problem.horizon_s, start_state(robot))
-        )
+        graphs.append(build_graph(surroundings, (x0, y0, x1, y1), problem.horizon_s, start))
         samplers.append(
             Sampler(
                 robot_seed(seed, robot.name),

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conav.compiled import kernel
+from conav.planning.clearance import pieces_apart as curves_apart
+from conav.planning.piece import bend, state_on_piece
 from conav.planning.types import PIECE, PlanningProblem
 
 MAX_SLOTS = 512
@@ -53,9 +55,9 @@ class Traffic:
         end = pieces[-1]
         rows = pieces
         if self.stays[robot] and end[1] < self.horizon_s:
-            dt = end[1] - end[0]
+            x, y, _, _ = state_on_piece(end, float(end[1]))
             rest = np.zeros(PIECE)
-            rest[:4] = end[1], self.horizon_s, end[2] + end[4] * dt, end[3] + end[5] * dt
+            rest[:4] = end[1], self.horizon_s, x, y
             rows = np.vstack([pieces, rest])
         if len(rows) > self.tracks.shape[1]:
             longer = np.zeros((len(self.tracks), 2 * len(rows), PIECE))
@@ -112,6 +114,8 @@ def _index(
         end = pieces[piece, 1]
         first = min(int(begin / span), slots - 1)
         last = min(int(end / span), slots - 1)
+        longest = min(end - begin, 1.1 * span)  # of what is looked at in one slot
+        sag = 0.125 * bend(pieces[piece]) * longest * longest
         for slot in range(max(first - 1, 0), min(last + 2, slots)):
             # One slot more on each side: a time on the edge of two may count to either.
             firsts[slot] = min(firsts[slot], piece)
@@ -120,12 +124,17 @@ def _index(
                 if side == 1:
                     at = min(end, (slot + 1 + 1e-6) * span)
                 at = min(max(at, begin), end)
-                x = pieces[piece, 2] + pieces[piece, 4] * (at - begin)
-                y = pieces[piece, 3] + pieces[piece, 5] * (at - begin)
-                boxes[slot, 0] = min(boxes[slot, 0], x)
-                boxes[slot, 1] = min(boxes[slot, 1], y)
-                boxes[slot, 2] = max(boxes[slot, 2], x)
-                boxes[slot, 3] = max(boxes[slot, 3], y)
+                x, y, _, _ = state_on_piece(pieces[piece], at)
+                boxes[slot, 0] = min(boxes[slot, 0], x - sag)
+                boxes[slot, 1] = min(boxes[slot, 1], y - sag)
+                boxes[slot, 2] = max(boxes[slot, 2], x + sag)
+                boxes[slot, 3] = max(boxes[slot, 3], y + sag)
+
+
+@kernel
+def is_straight(pieces: NDArray[np.float64], row: int) -> bool:
+    """Whether a piece goes straight at constant speed."""
+    return pieces[row, 6] == 0.0 and pieces[row, 7] == 0.0 and pieces[row, 8] == 0.0
 
 
 @kernel
@@ -134,8 +143,11 @@ def pieces_apart(
 ) -> bool:
     """Whether two pieces are at least `distance` [m] apart at every time both last.
 
-    The relative motion is linear, so its least distance is that of a segment to the origin.
+    The relative motion of two straight ones is linear, so its least distance is that of a segment
+    to the origin; others are looked at by `conav.planning.clearance`.
     """
+    if not (is_straight(mine, a) and is_straight(theirs, b)):
+        return curves_apart(mine, a, theirs, b, distance)
     begin = max(mine[a, 0], theirs[b, 0])
     end = min(mine[a, 1], theirs[b, 1])
     if begin > end:
@@ -159,6 +171,47 @@ def pieces_apart(
 
 
 @kernel
+def _hull(
+    pieces: NDArray[np.float64], count: int, span: float, slots: int
+) -> tuple[float, float, float, float, int, int]:
+    """A box around pieces that follow each other, least and greatest x and y, and their slots.
+
+    A piece with constant acceleration is a curve with three control points, and lies between them;
+    one that turns is somewhere within its length.
+    """
+    left = np.inf
+    right = -np.inf
+    low = np.inf
+    high = -np.inf
+    for piece in range(count):
+        dt = pieces[piece, 1] - pieces[piece, 0]
+        x = pieces[piece, 2]
+        y = pieces[piece, 3]
+        left = min(left, x)
+        right = max(right, x)
+        low = min(low, y)
+        high = max(high, y)
+        vx = pieces[piece, 4] * dt
+        vy = pieces[piece, 5] * dt
+        if pieces[piece, 8] != 0.0:
+            length = abs(vx) + abs(vy)
+            left = min(left, x - length)
+            right = max(right, x + length)
+            low = min(low, y - length)
+            high = max(high, y + length)
+            continue
+        across = x + vx + 0.5 * pieces[piece, 6] * dt * dt
+        up = y + vy + 0.5 * pieces[piece, 7] * dt * dt
+        left = min(left, min(x + 0.5 * vx, across))
+        right = max(right, max(x + 0.5 * vx, across))
+        low = min(low, min(y + 0.5 * vy, up))
+        high = max(high, max(y + 0.5 * vy, up))
+    first = min(int(pieces[0, 0] / span), slots - 1)
+    last = min(int(pieces[count - 1, 1] / span), slots - 1)
+    return left, right, low, high, first, last
+
+
+@kernel
 def hits(
     tracks: NDArray[np.float64],
     sizes: NDArray[np.int64],
@@ -175,10 +228,26 @@ def hits(
     """How many of the heeded robots some piece comes too close to; stops counting at `enough`."""
     found = 0
     slots = firsts.shape[1]
+    if count == 0:
+        return 0
+    most_left, most_right, lowest, highest, earliest, latest = _hull(pieces, count, span, slots)
     for other in range(len(sizes)):
         if other == robot or sizes[other] == 0 or not heed[other]:
             continue
         distance = bodies[robot] + bodies[other]
+        # Of most others a box around all the pieces is enough.
+        about = False
+        for slot in range(earliest, latest + 1):
+            if (
+                boxes[other, slot, 0] <= most_right + distance
+                and boxes[other, slot, 2] >= most_left - distance
+                and boxes[other, slot, 1] <= highest + distance
+                and boxes[other, slot, 3] >= lowest - distance
+            ):
+                about = True
+                break
+        if not about:
+            continue
         apart = True
         for piece in range(count):
             begin = pieces[piece, 0]
@@ -187,10 +256,14 @@ def hits(
             y0 = pieces[piece, 3]
             x1 = x0 + pieces[piece, 4] * (end - begin)
             y1 = y0 + pieces[piece, 5] * (end - begin)
-            left = min(x0, x1) - distance
-            right = max(x0, x1) + distance
-            low = min(y0, y1) - distance
-            high = max(y0, y1) + distance
+            away = distance
+            if not is_straight(pieces, piece):
+                x1, y1, _, _ = state_on_piece(pieces[piece], end)
+                away += 0.125 * bend(pieces[piece]) * (end - begin) * (end - begin)
+            left = min(x0, x1) - away
+            right = max(x0, x1) + away
+            low = min(y0, y1) - away
+            high = max(y0, y1) + away
             first = min(int(begin / span), slots - 1)
             near = False
             for slot in range(first, min(int(end / span), slots - 1) + 1):

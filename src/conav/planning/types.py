@@ -67,6 +67,39 @@ class PlanningRobot:
     after_arrival: Literal["stay", "vanish"] = "stay"
 
 
+COUPLINGS = ("meet", "not-before", "near")
+"""What two robots can have to do with each other beside keeping apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """A task of two robots together; `robots` are their names.
+
+    `meet`: at some time both centres are in `region`, within `within_m` of each other.
+    `not-before`: the first is not in `region` before the second has been in `other_region`, or in
+    the same one where that is None. `near`: the centres are within `within_m` of each other while
+    both are there.
+    """
+
+    kind: Literal["meet", "not-before", "near"]
+    robots: tuple[str, str]
+    region: Region | None = None
+    other_region: Region | None = None
+    within_m: float | None = None
+
+    def __post_init__(self) -> None:
+        needed = {"meet": (True, False, True), "near": (False, False, True)}
+        given = (self.region is not None, self.other_region is not None, self.within_m is not None)
+        if self.kind == "not-before":
+            if not given[0] or given[2]:
+                raise ValueError("not-before needs a region, and no within_m")
+        elif given != needed[self.kind]:
+            need = "region and within_m" if self.kind == "meet" else "within_m"
+            raise ValueError(f"{self.kind} needs {need}, and nothing else")
+        if self.robots[0] == self.robots[1]:
+            raise ValueError("a coupling is of two different robots")
+
+
 @dataclass(frozen=True, eq=False)
 class PlanningProblem:
     """Robots with tasks of their own on one floor.
@@ -74,7 +107,8 @@ class PlanningProblem:
     `floor` has the walls, `discs` further obstacles, shape (m, 3): x, y, radius [m]. A robot of
     radius r keeps its centre r from both, and r_i + r_j + `margin_m` from every other robot, at
     every time from 0 until it vanishes; a robot that has stopped is there until `horizon_s`.
-    `costs` names the components of each robot's cost.
+    `costs` names the components of each robot's cost; `couplings` are tasks of two robots together,
+    which few solvers know.
     """
 
     floor: PolygonMap
@@ -84,6 +118,7 @@ class PlanningProblem:
     costs: tuple[str, ...] = ("length",)
     margin_m: float = 0.0
     name: str = "scene"
+    couplings: tuple[Coupling, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "discs", _locked(np.reshape(self.discs, (-1, 3))))

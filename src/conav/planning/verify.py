@@ -15,6 +15,7 @@ from conav.planning.verify_claims import (
     check_tasks,
 )
 from conav.planning.verify_clearance import NOBODY, Clearance, check_pairs, check_walls
+from conav.planning.verify_couplings import check_couplings
 from conav.planning.verify_equilibrium import check_equilibrium
 from conav.planning.verify_motion import (
     check_arrivals,
@@ -37,6 +38,7 @@ CHECKS = (
     "walls",
     "collisions",
     "tasks",
+    "couplings",
     "costs",
     "history",
     "status",
@@ -143,6 +145,7 @@ def verify_plan(run: PlanRun) -> PlanReport:
     walls = check_walls(scene, checks["walls"])
     robots = check_pairs(scene, checks["collisions"])
     check_tasks(scene, checks["tasks"])
+    check_couplings(run, scene, checks["couplings"])
     check_history(run, scene, checks["history"])
     if run.result is not None:
         check_costs(scene, run.result, checks["costs"])

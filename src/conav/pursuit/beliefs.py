@@ -1,9 +1,11 @@
 """What a team that follows a schedule may take for clear, for the run file and for pictures."""
 
+import numpy as np
 import shapely
 
-from conav.geometry.view_cells import cell_border
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+from conav.geometry.view_cells import cell_border, view_cells
+from conav.geometry.view_cells import shadows as shadows_of
+from conav.pursuit.shadow_moves import Point, ShadowMoves
 from conav.pursuit.types import HiddenRegion, Schedule
 
 
@@ -17,7 +19,7 @@ def beliefs_of(shadows: ShadowMoves, schedule: Schedule) -> dict[int, tuple[Hidd
         moved = [i for i in range(len(team)) if team[i] != after[i]]
         for i in moved:  # one at most
             others = (*team[:i], *team[i + 1 :])
-            dirty = apply(shadows.move(others, team[i], after[i]), dirty)
+            dirty = shadows.after(others, team[i], after[i], dirty)
         team = after
         beliefs[leg] = hidden_now(shadows, team, dirty)
     return beliefs
@@ -26,26 +28,30 @@ def beliefs_of(shadows: ShadowMoves, schedule: Schedule) -> dict[int, tuple[Hidd
 def hidden_now(
     shadows: ShadowMoves, team: tuple[Point, ...], dirty: int
 ) -> tuple[HiddenRegion, ...]:
-    """The shadows of a team as polygons, and whether each is clear; `dirty` as in `apply`."""
-    cells, numbers = shadows.hidden(team)
-    groups: dict[tuple[int, ...], list[int]] = {}
-    for cell, of_cell in enumerate(numbers):
-        if of_cell:
-            groups.setdefault(tuple(of_cell), []).append(cell)
+    """The shadows of a team as polygons, and whether each is clear; `dirty` as in `after`."""
     regions: list[HiddenRegion] = []
-    for of_group, members in groups.items():
-        clear = not any(dirty >> number & 1 for number in of_group)
-        parts = [
-            shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
-            for cell in members
-        ]
-        whole = shapely.union_all(parts)
+    for number, whole in enumerate(shadow_polygons(shadows, team)):
         for part in shapely.get_parts(whole):
             if isinstance(part, shapely.Polygon) and part.area > 0.0:
                 outer = shapely.get_coordinates(part.exterior)[:-1]
                 holes = tuple(shapely.get_coordinates(hole)[:-1] for hole in part.interiors)
-                regions.append(HiddenRegion(outer, holes, clear))
+                regions.append(HiddenRegion(outer, holes, clear=not dirty >> number & 1))
     return tuple(regions)
+
+
+def shadow_polygons(shadows: ShadowMoves, team: tuple[Point, ...]) -> list[shapely.Geometry]:
+    """The shadows of a team by number, what is known of them; rounded."""
+    cells = view_cells(shadows.floor, [shadows.view(point) for point in sorted(set(team))])
+    labels = shadows_of(cells)
+    return [
+        shapely.union_all(
+            [
+                shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
+                for cell in np.flatnonzero(labels == number).tolist()
+            ]
+        )
+        for number in range(int(labels.max()) + 1)
+    ]
 
 
 def _points(schedule: Schedule, moment: int) -> tuple[Point, ...]:

@@ -1,27 +1,21 @@
 """Clearing a known floor with as few pursuers as are found to suffice.
 
-Teams grow one by one from those the problem begins with. Each size is searched on the critical
-vertices, and where these do not suffice with middles of triangles beside them. A size no plan is
-found for is not proved to be too small: the budget may have ended, or other places might do. Posts
-that see the whole floor end the growth, where 60 of them are enough.
+A plan is looked for quickly first: guards part the floor, and one searcher clears the parts. Then
+it is tried with fewer, more thoroughly: on floors without holes by a decision whether one pursuer
+suffices, by guards at several places, and by a search in which all move in turn. A size no plan is
+found for is not proved to be too small, but where a bound says so. Posts that see the whole floor
+end the growth, where 60 of them are enough.
 """
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from typing import Literal
-
-import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from conav.pursuit.beliefs import beliefs_of
 from conav.pursuit.catalogue import OnProgress
-from conav.pursuit.guard_posts import guard_posts
-from conav.pursuit.known_map import KnownMapSearch, Move
-from conav.pursuit.roadmap import Roadmap, make_roadmap
+from conav.pursuit.known_map_plans import Limits, Plan, Plans
 from conav.pursuit.schedule import schedule_of
 from conav.pursuit.team import known_floor, may_grow, out_of_budget, team_of
-from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
+from conav.pursuit.types import PursuitProblem, PursuitResult
 from conav.status import Status
 
 
@@ -34,8 +28,9 @@ class ClearKnownMap:
     weight: float = 3.0
     """Metres that the square root of a contaminated square metre counts for; 0 looks for the
     shortest plan on the roadmap, which takes much longer."""
-    budget: int = 2000
-    """States expanded for each team size and roadmap."""
+    budget: int = 100_000
+    """For each team size, roadmap and way of searching: windows of the views laid over each other.
+    A million takes five seconds or so."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
@@ -52,93 +47,53 @@ class ClearKnownMap:
         reach, a start off the floor.
         """
         mesh = known_floor(problem)
-        starts = [(float(one.start[0]), float(one.start[1])) for one in problem.pursuers]
-        first = len(starts)
-        searches: list[KnownMapSearch] = []
-        for middles in (False, True):
-            if self.places in ("auto", "all" if middles else "vertices"):
-                roadmap = make_roadmap(problem.floor, mesh, starts, middles=middles)
-                searches.append(KnownMapSearch(mesh, roadmap))
-        posts: tuple[int, ...] | None = None
-        expanded, size = 0, first
-        while True:
-            pursuers = team_of(problem, size)
-            if posts is not None and size >= len(posts):
-                moves = ways_to_posts(searches[0].roadmap, _begin(searches[0], pursuers), posts)
-                if moves is not None:
-                    return _result(problem, pursuers, searches[0], moves, expanded, searches)
-            for search in searches:
-
-                def told(count: int, size: int = size) -> bool:
-                    return on_progress is None or on_progress(size, count)
-
-                found = search.clear(
-                    _begin(search, pursuers),
-                    weight=self.weight,
-                    budget=self.budget,
-                    on_progress=told,
-                )
-                expanded += found.expanded
-                if found.moves is not None:
-                    return _result(problem, pursuers, search, found.moves, expanded, searches)
-                if not found.exhausted and found.expanded < self.budget:
-                    return out_of_budget(pursuers, "it was stopped", {"expanded": expanded})
-            if not may_grow(problem, size):
-                return out_of_budget(pursuers, no_plan(size), {"expanded": expanded})
-            if size == first:
-                posts = guard_posts(searches[0].roadmap, searches[0].shadows)
+        plans = Plans(problem, mesh, Limits(self.places, self.weight, self.budget), on_progress)
+        first = len(problem.pursuers)
+        size, quick = first, plans.quick(first)
+        while quick is None and not plans.stopped and may_grow(problem, size):
             size += 1
+            quick = plans.quick(size)
+        if plans.stopped:
+            return _nothing(problem, size, plans, "it was stopped")
+        last = size + (quick is None or self.weight == 0.0)
+        for smaller in range(first, last):
+            thorough = plans.alone() if smaller == 1 else None
+            if smaller < plans.least:
+                continue
+            if thorough is None:
+                thorough = plans.thorough(smaller)
+            if plans.stopped:
+                return _nothing(problem, smaller, plans, "it was stopped")
+            if thorough is not None:
+                return _result(problem, smaller, thorough, plans)
+        if quick is None:
+            return _nothing(problem, size, plans)
+        return _result(problem, size, quick, plans)
 
 
-def _begin(search: KnownMapSearch, pursuers: tuple[Pursuer, ...]) -> list[int]:
-    points = search.roadmap.points
-    return [points.index((float(one.start[0]), float(one.start[1]))) for one in pursuers]
-
-
-def ways_to_posts(roadmap: Roadmap, begin: list[int], posts: tuple[int, ...]) -> list[Move] | None:
-    """Moves that take one pursuer to each post, by shortest ways; None where there is no way."""
-    lengths = np.where(np.isfinite(roadmap.lengths), roadmap.lengths, 0.0)
-    _, before = dijkstra(csr_matrix(lengths), directed=False, return_predecessors=True)
-    moves: list[Move] = []
-    for start, post in zip(begin, posts, strict=False):
-        way = [post]
-        while way[-1] != start:
-            previous = int(before[start, way[-1]])
-            if previous < 0:
-                return None
-            way.append(previous)
-        way.reverse()
-        moves += [Move(a, b) for a, b in pairwise(way)]
-    return moves
-
-
-def _result(
-    problem: PursuitProblem,
-    pursuers: tuple[Pursuer, ...],
-    search: KnownMapSearch,
-    moves: list[Move] | tuple[Move, ...],
-    expanded: int,
-    searches: list[KnownMapSearch],
-) -> PursuitResult:
-    schedule = schedule_of(pursuers, search.roadmap.points, moves)
+def _result(problem: PursuitProblem, size: int, plan: Plan, plans: Plans) -> PursuitResult:
+    pursuers = team_of(problem, size)
+    schedule = schedule_of(pursuers, plan.roadmap.points, plan.moves)
     return PursuitResult(
         Status.DONE,
         "",
         schedule,
         pursuers,
-        lower_bound=1,
-        minimal_proved=len(pursuers) == 1,
+        lower_bound=min(plans.least, size),
+        minimal_proved=size <= plans.least,
         counters={
-            "moves": len(moves),
-            "expanded": expanded,
-            "arrangements": sum(one.shadows.arrangements for one in searches),
-            "places": len(search.roadmap.points),
+            "moves": len(plan.moves),
+            "expanded": plans.expanded,
+            "arrangements": plans.shadows.arrangements,
+            "places": len(plan.roadmap.points),
         },
-        beliefs=beliefs_of(search.shadows, schedule),
+        beliefs=beliefs_of(plans.shadows, schedule),
     )
 
 
-def no_plan(count: int) -> str:
-    """Why a search of a team of this size that found nothing was given up, in words."""
-    word = "pursuer" if count == 1 else "pursuers"
-    return f"no plan for {count} {word} was found; more pursuers or a larger budget may find one"
+def _nothing(problem: PursuitProblem, size: int, plans: Plans, reason: str = "") -> PursuitResult:
+    word = "pursuer" if size == 1 else "pursuers"
+    tried = f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
+    counters = {"expanded": plans.expanded}
+    found = out_of_budget(team_of(problem, size), reason or tried, counters)
+    return replace(found, lower_bound=min(plans.least, size))

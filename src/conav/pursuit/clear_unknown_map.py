@@ -11,11 +11,12 @@ from typing import Literal
 
 from conav.errors import InputError
 from conav.pursuit.catalogue import OnProgress
-from conav.pursuit.clear_known_map import no_plan, ways_to_posts
+from conav.pursuit.drives import moves_of
 from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch, Move
 from conav.pursuit.roadmap import make_roadmap
 from conav.pursuit.sensor import Point, Sensor
+from conav.pursuit.shadow_moves import ShadowMoves
 from conav.pursuit.team import may_grow, team_of
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
 from conav.pursuit.unknown_floor_team import UnknownFloorTeam
@@ -37,10 +38,11 @@ class ClearUnknownMap:
     """As for known floors, once all is explored; before that, critical vertices."""
     weight: float = 3.0
     """Metres that the square root of a contaminated square metre counts for."""
-    budget: int = 2000
-    """States expanded for each team size and roadmap when all is explored."""
-    partial_budget: int = 300
-    """Drives judged in each search before that, for a pursuit or for the next vertex."""
+    budget: int = 100_000
+    """For each team size and roadmap when all is explored: windows of the views laid over each
+    other."""
+    partial_budget: int = 5000
+    """The same, for each search before that, for a pursuit or for the next vertex."""
 
     def __post_init__(self) -> None:
         if self.edb != "unlimited" and self.edb < 1:
@@ -70,6 +72,10 @@ class _Run:
     def __init__(
         self, method: ClearUnknownMap, problem: PursuitProblem, on_progress: OnProgress | None
     ) -> None:
+        if problem.faults:
+            raise InputError(
+                "pursuit", "loses pursuers, which this method does not plan for", "use delegation"
+            )
         for one in problem.pursuers:
             if one.range_m is not None or one.reach_m is not None:
                 raise InputError(
@@ -89,6 +95,7 @@ class _Run:
         self.sweep = UnknownFloorTeam(sensor, problem.pursuers)
         self.explored = 0
         self.pursuits = 0
+        self.stopped = False
         self.expanded = 0
 
     def explore(self) -> None:
@@ -113,7 +120,7 @@ class _Run:
         found = sweep.search.clear(
             sweep.numbers(),
             weight=self.method.care,
-            drives=self.method.partial_budget,
+            budget=self.method.partial_budget,
             dirty=sweep.dirty,
             goal=lambda places, _: not ends.isdisjoint(places),
         )
@@ -140,7 +147,7 @@ class _Run:
         found = sweep.search.clear(
             sweep.numbers(),
             weight=self.method.weight,
-            drives=self.method.partial_budget,
+            budget=self.method.partial_budget,
             dirty=sweep.dirty,
         )
         self.expanded += found.expanded
@@ -161,12 +168,13 @@ class _Run:
             return self._result(Status.DONE, "")
         first = len(sweep.pursuers)
         gate = (float(problem.pursuers[0].start[0]), float(problem.pursuers[0].start[1]))
+        floor, mesh = sweep.survey.known, sweep.survey.mesh
+        shadows = ShadowMoves(mesh)
         searches: list[KnownMapSearch] = []
         for middles in (False, True):
             if method.places in ("auto", "all" if middles else "vertices"):
-                floor, mesh = sweep.survey.known, sweep.survey.mesh
                 roadmap = make_roadmap(floor, mesh, (gate, *sweep.team), middles=middles)
-                searches.append(KnownMapSearch(mesh, roadmap))
+                searches.append(KnownMapSearch(shadows, roadmap))
         posts: tuple[int, ...] | None = None
         size = first
         while True:
@@ -177,7 +185,8 @@ class _Run:
                     *sweep.numbers(),
                     *[searches[0].roadmap.points.index(gate)] * len(newcomers),
                 ]
-                moves = ways_to_posts(searches[0].roadmap, begin, posts)
+                drives = [(who, [post]) for who, post in enumerate(posts)]
+                moves = moves_of(searches[0].roadmap, begin, drives)
                 if moves is not None:
                     return self._carry_out(searches[0], newcomers, moves)
             for search in searches:
@@ -187,21 +196,26 @@ class _Run:
                     weight=method.weight,
                     budget=method.budget,
                     dirty=sweep.dirty_with(*[gate] * len(newcomers)),
-                    on_progress=lambda count, size=size: (
-                        self.told is None or self.told(size, count)
-                    ),
+                    on_progress=lambda count, size=size: self._goes_on(size, count),
                 )
                 self.expanded += found.expanded
                 if found.moves is not None:
                     return self._carry_out(search, newcomers, found.moves)
-                if not found.exhausted and found.expanded < method.budget:
+                if self.stopped:
                     return self._result(Status.OUT_OF_BUDGET, "it was stopped")
             if not may_grow(problem, size):
                 break
             if size == first:
                 posts = guard_posts(searches[0].roadmap, searches[0].shadows)
             size += 1
-        return self._result(Status.OUT_OF_BUDGET, no_plan(size))
+        word = "pursuer" if size == 1 else "pursuers"
+        tried = f"no plan for {size} {word} was found; more or a larger budget may find one"
+        return self._result(Status.OUT_OF_BUDGET, tried)
+
+    def _goes_on(self, size: int, expanded: int) -> bool:
+        if self.told is not None and not self.told(size, expanded):
+            self.stopped = True
+        return not self.stopped
 
     def _carry_out(
         self,

@@ -103,14 +103,22 @@ class Delegation:
         slowest = min(one.speed_mps for one in problem.pursuers)
         patience = longest / slowest if self.patience_s is None else self.patience_s
         deaths = {fault.robot: fault.at_s for fault in problem.faults}
-        team = Team(graph, guards, labels, parts, rounds, deaths, patience)
+        team = Team(
+            graph=graph,
+            guards=guards,
+            labels=labels,
+            parts=parts,
+            rounds=rounds,
+            deaths=deaths,
+            patience_s=patience,
+        )
         for _ in problem.pursuers:
             team.add_member()
         return team
 
     def _give_parts(self, problem: PursuitProblem, team: Team) -> bool:
         """Free members take contaminated shadows; whether one did."""
-        if self.order == "sequence" and team.tasks:
+        if (self.order == "sequence" and team.tasks) or team.guard_goes():
             return False
         open_bits = team.dirty & ~team.taken()
         shadows = [i for i in range(open_bits.bit_length()) if open_bits >> i & 1]
@@ -148,5 +156,6 @@ def _counters(team: Team) -> dict[str, int]:
         "longest_talk": max(rounds, default=0),
         "guards": team.said["holds"],
         "parts": team.said["cleared"],
+        "served_both": team.said["serves both"],
         "lost": team.said["lost"],
     }

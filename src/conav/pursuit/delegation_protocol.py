@@ -79,6 +79,13 @@ class Stuck:
 
 
 @dataclass(frozen=True)
+class Needs:
+    """What it needs has changed since it was stuck, or is needed later; None for nothing more."""
+
+    request: Request | None
+
+
+@dataclass(frozen=True)
 class Heard:
     """A message came."""
 
@@ -115,7 +122,7 @@ class Late:
     """Whoever has not answered will not."""
 
 
-Event = TakesPart | PartEnded | Stuck | Heard | Quoted | Came | Released | Joined | Late
+Event = TakesPart | PartEnded | Stuck | Needs | Heard | Quoted | Came | Released | Joined | Late
 
 
 def step(me: Member, event: Event) -> tuple[Member, Sent]:
@@ -137,6 +144,12 @@ def step(me: Member, event: Event) -> tuple[Member, Sent]:
             me = replace(me, role=role, asking=asking, request=event.request, callers=())
             me, sent = _ask_roles(me)
             return me, told + sent
+        case Needs():
+            if event.request is None:
+                return _give_up(me)
+            if me.role is not Role.STUCK:
+                raise IllegalEvent(f"who is {me.role!s} needs nothing")
+            return replace(me, request=event.request), ()
         case Heard():
             return _hear(me, event.sender, event.body)
         case Quoted():
@@ -161,6 +174,8 @@ def step(me: Member, event: Event) -> tuple[Member, Sent]:
 
 
 def _hear(me: Member, sender: int, body: Body) -> tuple[Member, Sent]:
+    if sender not in me.team and not isinstance(body, Lost):
+        return me, ()  # it was lost after it spoke
     mine = body.owner == me.number and body.round == me.round
     match body:
         case AskRole():
@@ -256,9 +271,9 @@ def _choose(me: Member) -> tuple[Member, Sent]:
 
 
 def _ask_help(me: Member, event: str, role: Role, whom: list[int]) -> tuple[Member, Sent]:
-    assert me.request is not None
     asking = follow(ASKING, me.asking, event)
     me = replace(me, asking=asking, tried=me.tried | {role}, awaited=frozenset(whom), bids=())
+    assert me.request is not None
     body = AskHelp(me.number, me.round, me.request)
     return me, tuple((who, body) for who in sorted(whom))
 

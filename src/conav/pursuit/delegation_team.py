@@ -1,9 +1,6 @@
 """A team that clears a known floor by delegation: each member its own mind, one world for all.
 
-The labels of the team are those of the shadows of its guards alone. A part that somebody clears
-stays contaminated as a whole until it is done, so whatever becomes of who clears it, nothing else
-has to be known of it. Members talk at barriers, when nobody drives, so what they merge is of one
-moment.
+Members talk at barriers, when nobody drives, so what they merge is of one moment.
 """
 
 from collections import Counter, deque
@@ -12,6 +9,7 @@ from dataclasses import dataclass, field
 
 from conav.messages.message import Message
 from conav.pursuit.beliefs import hidden_now
+from conav.pursuit.delegation_holdings import Holdings, Task
 from conav.pursuit.delegation_messages import Body, Lost, Request, Role
 from conav.pursuit.delegation_protocol import (
     Came,
@@ -19,6 +17,7 @@ from conav.pursuit.delegation_protocol import (
     Heard,
     Joined,
     Member,
+    Needs,
     PartEnded,
     Quoted,
     Released,
@@ -27,32 +26,18 @@ from conav.pursuit.delegation_protocol import (
     step,
 )
 from conav.pursuit.delegation_tables import Asking, Helping
-from conav.pursuit.navigation_graph import NavigationGraph
 from conav.pursuit.rounds import Rounds
-from conav.pursuit.shadow_labels import ShadowLabels
 from conav.pursuit.shadow_moves import Point
-from conav.pursuit.shadow_parts import ShadowPart, ShadowParts
-from conav.pursuit.standing_guards import StandingGuards
+from conav.pursuit.shadow_parts import ShadowParts
 from conav.pursuit.types import HiddenRegion
 
-_SLACK = 1e-9  # of the floor's area, and of a reach
+_SLACK = 1e-9  # [m] and [s]
 
 
-@dataclass(eq=False)
-class Task:
-    """A part that somebody clears, or is stuck in."""
-
-    shadows: int  # of the guards, as bits
-    way: deque[int]
-
-
-@dataclass
-class Team:
+@dataclass(kw_only=True)
+class Team(Holdings):
     """Members, where they are, and what their guards hold."""
 
-    graph: NavigationGraph
-    guards: StandingGuards
-    labels: ShadowLabels
     parts: ShadowParts
     rounds: Rounds
     deaths: Mapping[int, float]  # [s] of who is lost when
@@ -60,9 +45,6 @@ class Team:
     members: list[Member] = field(default_factory=list[Member])
     at: list[int] = field(default_factory=list[int])  # places of the graph
     driven: list[float] = field(default_factory=list[float])  # [m]
-    standing: dict[int, int] = field(default_factory=dict[int, int])  # guard -> place
-    dirty: int = 1  # shadows of the guards, as bits
-    tasks: dict[int, Task] = field(default_factory=dict[int, Task])
     calls: dict[int, deque[int]] = field(default_factory=dict[int, deque[int]])  # ways of helpers
     offers: dict[int, int] = field(default_factory=dict[int, int])  # where who offered would stand
     mail: deque[tuple[int, int, Body]] = field(default_factory=deque[tuple[int, int, Body]])
@@ -150,45 +132,15 @@ class Team:
         self.said[what] += 1
         self.history.append({"time_s": self.rounds.now, "what": what, "pursuer": name, **more})
 
-    # --- what is held -----------------------------------------------------------------------------
-
-    def posts(self) -> tuple[Point, ...]:
-        """Where guards stand."""
-        return tuple(self.graph.points[place] for place in self.standing.values())
-
-    def part(self, shadows: int) -> ShadowPart:
-        """Shadows of the guards as a part."""
-        return ShadowPart(tuple(sorted(set(self.standing.values()))), shadows)
-
-    def slack_m2(self) -> float:
-        """The area that counts as none [m^2]."""
-        return _SLACK * self.guards.area((), 1)
-
-    def taken(self) -> int:
-        """The shadows somebody clears or is stuck in, as bits."""
-        bits = 0
-        for task in self.tasks.values():
-            bits |= task.shadows
-        return bits
-
-    def stand(self, standing: dict[int, int]) -> None:
-        """Others stand guard from now on; nobody moves meanwhile."""
-        before = self.posts()
-        self.standing = standing
-        after = self.posts()
-        self.dirty = self.guards.carried(before, after, self.dirty)
-        for task in self.tasks.values():
-            task.shadows = self.guards.carried(before, after, task.shadows)
+    # --- who holds what ---------------------------------------------------------------------------
 
     def release(self) -> None:
         """Guards go whose leaving contaminates nothing."""
         for i in sorted(self.standing):
             if self.members[i].helping is not Helping.FREE:
                 continue
-            rest = {j: place for j, place in self.standing.items() if j != i}
-            posts = tuple(self.graph.points[place] for place in rest.values())
-            after = self.guards.area(posts, self.guards.carried(self.posts(), posts, self.dirty))
-            if after <= self.guards.area(self.posts(), self.dirty) + self.slack_m2():
+            rest = self.can_leave(i)
+            if rest is not None:
                 self.stand(rest)
                 self.tell(i, Released())
                 self._note("released", i)
@@ -206,13 +158,16 @@ class Team:
     def quote(self, i: int) -> tuple[float, float] | None:
         """What help would cost a pursuer: metres, and square metres contaminated again.
 
-        None where it would come late or run empty, and for a guard where something clear would be
+        None where it would come late or empty, and for a guard where something clear would be
         contaminated.
         """
         request = self.members[i].asked
         assert request is not None
         if i in self.standing:
-            found = self._second_post(i)
+            # While others are under way guards stay, as these count on them; one goes at a time.
+            if any(task.way for task in self.tasks.values()) or self.guard_goes(i):
+                return None
+            found = self.second_post(i)
         else:
             place = self.graph.points.index(request.post)
             found = (float(self.graph.distances[self.at[i], place]), 0.0, place)
@@ -220,34 +175,14 @@ class Team:
             return None
         distance, area, place = found
         arrives = self.rounds.now + distance / self.rounds.pursuers[i].speed_mps
-        if distance > self.left_m(i) + _SLACK or arrives > request.deadline_s + _SLACK:
+        if distance >= self.left_m(i) - _SLACK or arrives > request.deadline_s + _SLACK:
             return None
         self.offers[i] = place
         return distance, area
 
-    def _second_post(self, i: int) -> tuple[float, float, int] | None:
-        """The nearest place a guard sees that serves both tasks, and what going there costs.
-
-        From there contaminated shadows are smaller, and nothing clear is contaminated. While others
-        are under way guards stay, as these count on them.
-        """
-        if any(task.way for task in self.tasks.values()):
-            return None
-        post = self.standing[i]
-        rest = [place for j, place in self.standing.items() if j != i]
-        others = tuple(self.graph.points[place] for place in rest)
-        before = self.guards.areas(self.posts(), self.dirty)
-        for place in sorted(
-            self.graph.joined[post].tolist(), key=lambda q: (self.graph.lengths[post, q], q)
-        ):
-            a, b = self.graph.points[post], self.graph.points[place]
-            after = (*others, b)
-            areas = self.guards.areas(after, self.labels.after(others, a, b, self.dirty))
-            again = max(0.0, sum(areas) - sum(before))
-            smaller = max(areas, default=0.0) < max(before, default=0.0) - self.slack_m2()
-            if again <= self.slack_m2() and smaller:
-                return float(self.graph.lengths[post, place]), again, place
-        return None
+    def guard_goes(self, but: int | None = None) -> bool:
+        """Whether a guard, another than this, has offered to leave its post, or is leaving it."""
+        return any(i != but and self.members[i].helping is not Helping.FREE for i in self.standing)
 
     # --- a round ----------------------------------------------------------------------------------
 
@@ -276,36 +211,46 @@ class Team:
                 for j, end in ends.items()
             }
             self.rounds.drive(now, max(t - self.rounds.now, 0.0))
-            self._believe()
             self.rounds.lose(i)
             lost.append(i)
             ends = {j: end for j, end in ends.items() if j != i}
         if ends and self.rounds.lasts(ends) > 0.0:
             self.rounds.drive(ends)
-        for i, place in moves.items():
-            self.driven[i] += float(self.graph.lengths[self.at[i], place])
-            if i in lost:
-                continue
-            (self.tasks[i].way if i in self.tasks else self.calls[i]).popleft()
-            if i in self.standing:
-                self._moved_guard(i, place)
-            self.at[i] = place
+        for i in lost:
+            self._bury(i)  # before what others did counts: it did not see to the end
+        for i in sorted(set(moves) - set(lost)):
+            self._arrive(i, moves[i])
+        self._settle()
+        for i in self.living():
             if self.left_m(i) <= _SLACK:
                 self.rounds.lose(i)
-                lost.append(i)
-        for i in lost:
-            self._bury(i)
-        self._settle()
+                self._bury(i)
         self._believe()
+        self._renew()
 
-    def _moved_guard(self, i: int, place: int) -> None:
-        """A guard drove to another post; nobody clears anything meanwhile."""
-        others = tuple(self.graph.points[other] for j, other in self.standing.items() if j != i)
-        a, b = self.graph.points[self.standing[i]], self.graph.points[place]
-        self.dirty = self.labels.after(others, a, b, self.dirty)
-        for task in self.tasks.values():
-            task.shadows = self.labels.after(others, a, b, task.shadows)
-        self.standing[i] = place
+    def _renew(self) -> None:
+        """Who is stuck asks, from now on, for what it needs now."""
+        for i, task in sorted(self.tasks.items()):
+            me = self.members[i]
+            if me.role is not Role.STUCK:
+                continue
+            if task.shadows:
+                places = self.parts.places(self.part(task.shadows))
+                entry = min(places, key=lambda q: (self.graph.distances[self.at[i], q], q))
+                self.tell(i, Needs(self.request(task.shadows, entry)))
+            elif me.asking is not Asking.HELPED:
+                self.tell(i, Needs(None))  # others see all of it
+
+    def _arrive(self, i: int, place: int) -> None:
+        """A member is at the next place of its way."""
+        self.driven[i] += float(self.graph.lengths[self.at[i], place])
+        for way in (self.calls.get(i), self.tasks[i].way if i in self.tasks else None):
+            if way and way[0] == place:
+                way.popleft()
+        if i in self.standing:
+            self.change_post(i, place)
+            self._note("serves both", i)
+        self.at[i] = place
 
     def _settle(self) -> bool:
         """Helpers that came stand, parts whose way is done are clear; whether anything was so."""

@@ -9,16 +9,13 @@ roadmap, which says nothing of other roadmaps.
 
 import heapq
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from conav.geometry.triangulation import Triangulation
 from conav.pursuit.roadmap import Roadmap
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+from conav.pursuit.shadow_moves import ShadowMoves
 
 Team = tuple[int, ...]  # places by number, growing: pursuers are alike
 
@@ -46,24 +43,20 @@ class Clearing:
 class KnownMapSearch:
     """Searches on one roadmap; what moves do to shadows is kept between them."""
 
-    mesh: Triangulation
+    shadows: ShadowMoves
     roadmap: Roadmap
-    frontiers: NDArray[np.bool_] | None = None  # as in ShadowMoves: with them the floor is not all
-    shadows: ShadowMoves = field(init=False)
-    rows: dict[tuple[Team, int, int], list[int]] = field(
-        default_factory=dict[tuple[Team, int, int], list[int]]
-    )
 
     def __post_init__(self) -> None:
-        self.shadows = ShadowMoves(self.mesh, frontiers=self.frontiers)
+        self._numbers = [self.shadows.number(point) for point in self.roadmap.points]
+        # What is smaller [m^2] is due to rounding.
+        self._least_area = 1e-9 * float(np.prod(np.ptp(self.shadows.floor.vertices, axis=0)))
 
     def clear(
         self,
         team: Sequence[int],
         *,
         weight: float,
-        budget: int | None = None,
-        drives: int | None = None,
+        budget: int,
         dirty: int | None = None,
         goal: Goal | None = None,
         on_progress: Callable[[int], bool] | None = None,
@@ -75,18 +68,18 @@ class KnownMapSearch:
 
         States are taken by metres driven plus `weight` times the square root of the contaminated
         area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
-        `budget` limits the states expanded, `drives` the drives judged that were not before; so
-        does `on_progress`, told how many states were expanded, by False.
+        It ends where views with `budget` windows were laid over each other, or where
+        `on_progress`, told how many states were expanded, says False.
         """
         begin = tuple(sorted(team))
-        full = (1 << self.shadows.shadows(self._points(begin)).count) - 1
+        full = (1 << self.shadows.numbered_shadows(self._viewpoints(begin)).count) - 1
         full = full if dirty is None else dirty
         reaches = self.is_clear if goal is None else goal
         waiting: list[tuple[float, int, float, Team, int]] = []
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
         heapq.heappush(waiting, (self._rank(0.0, begin, full, weight), 0, 0.0, begin, full))
-        expanded, judged = 0, len(self.rows)
+        expanded, last = 0, self.shadows.windows + budget
         while waiting:
             _, number, cost, places, dirty = heapq.heappop(waiting)
             if reaches(places, dirty):
@@ -96,10 +89,8 @@ class KnownMapSearch:
                 continue
             known[:] = [one for one in known if not (one[0] & dirty == dirty and one[1] >= cost)]
             known.append((dirty, cost))
-            if (
-                expanded == budget
-                or (drives is not None and len(self.rows) - judged >= drives)
-                or (on_progress is not None and expanded % 64 == 0 and not on_progress(expanded))
+            if self.shadows.windows >= last or (
+                on_progress is not None and expanded % 64 == 0 and not on_progress(expanded)
             ):
                 return Clearing(None, False, expanded)
             expanded += 1
@@ -120,32 +111,28 @@ class KnownMapSearch:
         """Whether nobody is hidden on the known part of the floor: what may be is beyond it."""
         if dirty == 0:
             return True
-        shadows = self.shadows.shadows(self._points(places))
-        known = shadows.beyond_area
-        return dirty == shadows.beyond and known is not None and known <= self.least_area
-
-    @cached_property
-    def least_area(self) -> float:
-        """What is smaller [m^2] is due to rounding."""
-        return 1e-9 * float(np.prod(np.ptp(self.mesh.vertices, axis=0)))
+        shadows = self.shadows.numbered_shadows(self._viewpoints(places))
+        if dirty & ~(shadows.exposed | shadows.beyond):
+            return False
+        exposed = [area for i, area in enumerate(shadows.areas) if shadows.exposed >> i & 1]
+        return sum(exposed) <= self._least_area
 
     def _after(self, places: Team, start: int, end: int, dirty: int) -> tuple[Team, int]:
         rest = list(places)
         rest.remove(start)
-        others = tuple(rest)
-        key = (others, start, end)
-        if key not in self.rows:
-            points = self.roadmap.points
-            self.rows[key] = self.shadows.move(self._points(others), points[start], points[end])
-        return tuple(sorted((*others, end))), apply(self.rows[key], dirty)
+        others, numbers = tuple(rest), self._numbers
+        after = self.shadows.numbered_after(
+            self._viewpoints(others), numbers[start], numbers[end], dirty
+        )
+        return tuple(sorted((*others, end))), after
 
-    def _points(self, places: Team) -> tuple[Point, ...]:
-        return tuple(self.roadmap.points[place] for place in places)
+    def _viewpoints(self, places: Team) -> Team:
+        return tuple(sorted({self._numbers[place] for place in places}))
 
     def _rank(self, cost: float, places: Team, dirty: int, weight: float) -> float:
         if weight == 0.0 or dirty == 0:
             return cost
-        areas = self.shadows.shadows(self._points(places)).areas
+        areas = self.shadows.numbered_shadows(self._viewpoints(places)).areas
         area = sum(float(areas[i]) for i in range(len(areas)) if dirty >> i & 1)
         return cost + weight * max(area, 0.0) ** 0.5
 

@@ -3,6 +3,7 @@
 import os
 import platform
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib.metadata import version
 from math import atan2
 from typing import Any
@@ -50,6 +51,7 @@ def record_pursuit(
                 "most": problem.most,
                 "begin_with": len(problem.pursuers),
                 "pursuers": [_pursuer(one) for one in result.pursuers],
+                "faults": [asdict(fault) for fault in problem.faults],
                 "method": method,
                 "settings": dict(settings),
                 "seed": seed,

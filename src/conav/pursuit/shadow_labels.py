@@ -1,8 +1,8 @@
 """Labels of shadows for a pursuit graph: what is called clear is clear."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from conav.pursuit.shadow_moves import Point, ShadowMoves, apply
+from conav.pursuit.shadow_moves import Point, ShadowMoves
 
 
 @dataclass
@@ -10,9 +10,6 @@ class ShadowLabels:
     """Which shadows of a team may hold somebody, one bit each, as `ShadowMoves` numbers them."""
 
     shadows: ShadowMoves
-    _rows: dict[tuple[tuple[Point, ...], Point, Point], list[int]] = field(
-        default_factory=dict[tuple[tuple[Point, ...], Point, Point], list[int]], repr=False
-    )
 
     def begin(self, team: tuple[Point, ...]) -> int:
         """All shadows of a standing team, as bits."""
@@ -23,7 +20,4 @@ class ShadowLabels:
 
         The others stand.
         """
-        key = (tuple(sorted(set(others))), a, b)
-        if key not in self._rows:
-            self._rows[key] = self.shadows.move(others, a, b)
-        return apply(self._rows[key], contaminated)
+        return self.shadows.after(others, a, b, contaminated)

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from conav.geometry.view_cells import cell_border, join_cells, view_cells
+from conav.geometry.view_cells import cell_border, view_cells
+from conav.geometry.view_cells import shadows as shadows_of
 from conav.pursuit.navigation_graph import NavigationGraph
-from conav.pursuit.shadow_moves import Point, ShadowMoves, shadow_numbers
+from conav.pursuit.shadow_moves import Point, ShadowMoves
 
 Guards = tuple[Point, ...]
 
@@ -71,15 +72,11 @@ class StandingGuards:
         cells = view_cells(self.shadows.floor, [self.shadows.view(point) for point in team])
         of_old = sum(1 << i for i, point in enumerate(team) if point in old)
         of_new = sum(1 << i for i, point in enumerate(team) if point in new)
-        was = join_cells(cells, cells.seen_by & of_old == 0)
-        will = join_cells(cells, cells.seen_by & of_new == 0)
-        were = shadow_numbers(self.shadows, cells, was, old)
-        shall = shadow_numbers(self.shadows, cells, will, new)
+        was, will = shadows_of(cells, of_old).tolist(), shadows_of(cells, of_new).tolist()
         result = 0
         for cell in np.flatnonzero(cells.seen_by == 0).tolist():
-            if any(chosen >> number & 1 for number in were[was[cell]]):
-                for number in shall[will[cell]]:
-                    result |= 1 << number
+            if chosen >> was[cell] & 1:
+                result |= 1 << will[cell]
         return result
 
     def windows(
@@ -89,12 +86,8 @@ class StandingGuards:
         old, new = _team(guards), _team((*guards, post))
         cells = view_cells(self.shadows.floor, [self.shadows.view(point) for point in new])
         of_old = sum(1 << i for i, point in enumerate(new) if point in old)
-        was = join_cells(cells, cells.seen_by & of_old == 0)
-        were = shadow_numbers(self.shadows, cells, was, old)
-        inside = [
-            label >= 0 and any(chosen >> number & 1 for number in were[label])
-            for label in was.tolist()
-        ]
+        was = shadows_of(cells, of_old).tolist()
+        inside = [number >= 0 and bool(chosen >> number & 1) for number in was]
         found: list[tuple[Point, Point]] = []
         for piece, (left, right) in enumerate(
             zip(cells.left.tolist(), cells.right.tolist(), strict=True)
@@ -107,15 +100,12 @@ class StandingGuards:
 
     def _find_places(self, team: Guards) -> list[frozenset[int]]:
         cells = view_cells(self.shadows.floor, [self.shadows.view(point) for point in team])
-        labels = join_cells(cells, cells.seen_by == 0)
-        numbers = shadow_numbers(self.shadows, cells, labels, team)
+        numbers = shadows_of(cells)
         index = {point: i for i, point in enumerate(self.graph.points)}
         found: list[set[int]] = [set() for _ in range(self.shadows.shadows(team).count)]
-        for cell in np.flatnonzero(labels >= 0).tolist():
+        for cell in np.flatnonzero(numbers >= 0).tolist():
             border = cell_border(self.shadows.floor, cells, cell).tolist()
-            places = {index[x, y] for x, y in border if (x, y) in index}
-            for number in numbers[labels[cell]]:
-                found[number] |= places
+            found[int(numbers[cell])] |= {index[x, y] for x, y in border if (x, y) in index}
         return [frozenset(places) for places in found]
 
 

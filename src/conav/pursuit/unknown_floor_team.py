@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 import shapely
 
-from conav.pursuit.beliefs import hidden_now
+from conav.pursuit.beliefs import hidden_now, shadow_polygons
 from conav.pursuit.known_map import KnownMapSearch
 from conav.pursuit.navigation_graph import surveyed_navigation_graph
 from conav.pursuit.roadmap import Roadmap
 from conav.pursuit.sensor import Point, Sensor
-from conav.pursuit.shadow_moves import SAME, ShadowMoves, Shadows, apply
+from conav.pursuit.shadow_moves import ShadowMoves, Shadows
 from conav.pursuit.survey import begin_survey
 from conav.pursuit.types import HiddenRegion, Pursuer, Schedule
+
+SAME = 1e-7  # relative: two rounded measures of one shadow differ by less
 
 
 class UnknownFloorTeam:
@@ -78,7 +80,7 @@ class UnknownFloorTeam:
             self.search = self._new_search()
             self.dirty = carried_over(old, self.search.shadows, team, self.dirty)
         others = (*team[:i], *team[i + 1 :])
-        self.dirty = apply(self.search.shadows.move(others, start, to), self.dirty)
+        self.dirty = self.search.shadows.after(others, start, to, self.dirty)
         self.team[i] = to
         length = float(np.sqrt((to[0] - start[0]) ** 2 + (to[1] - start[1]) ** 2))
         self.distance_m += length
@@ -113,7 +115,7 @@ class UnknownFloorTeam:
         """What is contaminated when pursuers come in at these places."""
         team, dirty = tuple(self.team), self.dirty
         for place in newcomers:
-            dirty = apply(self.search.shadows.enter(team, place), dirty)
+            dirty = self.search.shadows.joined_by(team, place, dirty)
             team = (*team, place)
         return dirty
 
@@ -135,7 +137,7 @@ class UnknownFloorTeam:
         self.graph = surveyed_navigation_graph(self.survey, (_place(self.pursuers[0]), *self.team))
         frontiers = None if self.survey.complete else self.survey.frontiers
         roadmap = Roadmap(self.graph.points, self.graph.joined, self.graph.lengths)
-        return KnownMapSearch(self.survey.mesh, roadmap, frontiers)
+        return KnownMapSearch(ShadowMoves(self.survey.mesh, frontiers=frontiers), roadmap)
 
     def _shadows(self) -> Shadows:
         return self.search.shadows.shadows(tuple(self.team))
@@ -146,16 +148,30 @@ def carried_over(old: ShadowMoves, new: ShadowMoves, team: tuple[Point, ...], di
 
     A shadow stays clear when it was clear, and it is the same still; see above.
     """
-    before, after = old.shadows(team), new.shadows(team)
-    measures = before.measures.copy()
-    # First moments are about the first vertex.
-    measures[:, 1:3] += measures[:, :1] * (old.floor.vertices[0] - new.floor.vertices[0])
-    clear = measures[[not dirty >> i & 1 for i in range(len(measures))]]
+    after = new.shadows(team)
+    clear = [
+        polygon
+        for number, polygon in enumerate(shadow_polygons(old, team))
+        if not dirty >> number & 1
+    ]
     result = (1 << after.count) - 1
-    for number, row in enumerate(after.measures):
-        if len(clear) and np.abs(clear - row).max(axis=1).min() <= SAME * np.abs(row).max():
-            result &= ~(1 << number)
+    if clear:
+        for number, polygon in enumerate(shadow_polygons(new, team)):
+            if not after.exposed >> number & 1 and any(_same(polygon, one) for one in clear):
+                result &= ~(1 << number)
     return result
+
+
+def _same(one: shapely.Geometry, other: shapely.Geometry) -> bool:
+    """Whether two shadows are one, but for rounding: by area, middle and bounding box."""
+    measures = [
+        np.array([shape.area, shape.centroid.x, shape.centroid.y, *shape.bounds])
+        for shape in (one, other)
+        if shape.area > 0.0
+    ]
+    if len(measures) < 2:
+        return False
+    return bool(np.abs(measures[0] - measures[1]).max() <= SAME * np.abs(measures[0]).max())
 
 
 def _place(pursuer: Pursuer) -> Point:

@@ -17,7 +17,10 @@ Place = NDArray[np.float64]  # (2,) [m]
 
 
 def check_starts(problem: Problem, schedule: Schedule, check: Check) -> None:
-    """Everybody enters once, at its start, and there are no more than may be sent."""
+    """Everybody enters once, at its start, is gone when it is lost, and no more are sent than may.
+
+    Who is lost before it is sent sees for a moment without duration.
+    """
     n = len(problem.pursuers)
     check.look(
         problem.most is None or n <= problem.most, f"{n} were sent, {problem.most} are allowed"
@@ -34,6 +37,10 @@ def check_starts(problem: Problem, schedule: Schedule, check: Check) -> None:
         check.look(len(legs) == last - first + 1, f"{one.name} comes back after it was lost")
         x, y = schedule.positions[first, i].tolist()
         away = hypot(x - one.start[0], y - one.start[1])
+        for i_lost, at_s in problem.deaths:
+            begin, end = schedule.times[last : last + 2].tolist()
+            there = i_lost == i and end > begin and end > at_s + SLACK * (1 + at_s)
+            check.look(not there, f"{one.name} is there after it was lost at {at_s:g} s")
         check.look(away <= SLACK * (1 + hypot(x, y)), f"{one.name} enters {away:.3g} m off")
 
 

@@ -45,6 +45,7 @@ class Problem(NamedTuple):
     known: bool
     most: int | None
     begin_with: int
+    deaths: tuple[tuple[int, float], ...]  # who is lost, by number, and when [s]
 
     @property
     def ranges(self) -> tuple[float | None, ...]:
@@ -107,7 +108,14 @@ def _problem(header: dict[str, Any]) -> Problem:
         known=header["known"],
         most=None if header["most"] is None else _count(header["most"]),
         begin_with=_count(header["begin_with"]),
+        deaths=tuple(_death(one) for one in header["faults"]),
     )
+
+
+def _death(one: dict[str, Any]) -> tuple[int, float]:
+    if one["kind"] != "dies" or not isinstance(one["robot"], int):
+        raise ValueError(f"a fault {one!r}")
+    return one["robot"], _number(one["at_s"])
 
 
 def _pursuer(one: dict[str, Any]) -> Pursuer:

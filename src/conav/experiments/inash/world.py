@@ -9,6 +9,7 @@ every trial of the second the numbers are dealt anew.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from conav import __version__
 from conav.experiments.compare.source import source_hash
 from conav.planning.load_scene import load_scene
+from conav.planning.scenes.frozen_scenes import FROZEN, frozen_path
 from conav.planning.types import PlanningProblem
 
 PLAIN, ANYTIME, INASH, OURS = "prioritized", "any-time prioritized", "iNash", "ours"
@@ -115,9 +117,13 @@ def team_sizes(experiment: str) -> Sequence[int]:
 
 
 def problem_of(case: Case) -> PlanningProblem:
-    """The problem of a case; a smaller team is the first robots of the whole one."""
+    """The problem of a case; a smaller team is the first robots of the whole one.
+
+    Scenes are the frozen ones, and made where there are more trials than of those.
+    """
     experiment = EXPERIMENTS[case.experiment]
-    problem = load_scene(experiment.scene, seed=case.trial)
+    frozen = frozen_scene(case)
+    problem = load_scene(frozen or experiment.scene, seed=case.trial)
     robots = problem.robots
     if experiment.dealt:
         rng = np.random.Generator(np.random.PCG64(case.trial))
@@ -126,6 +132,14 @@ def problem_of(case: Case) -> PlanningProblem:
             replace(robots[place], name=f"robot_{number}") for number, place in enumerate(dealt)
         )
     return replace(problem, robots=robots[: case.robots])
+
+
+def frozen_scene(case: Case) -> str | None:
+    """The name of the frozen scene a case is played in; None: it is made."""
+    name = f"inash-{case.experiment}"
+    if not EXPERIMENTS[case.experiment].dealt:
+        name += f"-{case.trial}"
+    return name if name in FROZEN else None
 
 
 def settings_of(case: Case, effort: Effort) -> tuple[str, dict[str, Any]]:
@@ -152,7 +166,7 @@ def case_key(case: Case, effort: Effort) -> str:
     """All that a case's plan follows from, as JSON."""
     solver, settings = settings_of(case, effort)
     code = source_hash(*_PLAYS)
-    return json.dumps(
-        {"conav": __version__, "code": code, **case._asdict(), "solver": solver, **settings},
-        sort_keys=True,
-    )
+    frozen = frozen_scene(case)
+    scene = sha256(frozen_path(frozen).read_bytes()).hexdigest()[:16] if frozen else None
+    known = {"conav": __version__, "code": code, "scene": scene}
+    return json.dumps({**known, **case._asdict(), "solver": solver, **settings}, sort_keys=True)

@@ -1,1 +1,1 @@
-"""Studies of pursuit."""
+"""Studies of clearing floors: what messages, pursuit graphs and orders cost."""
