@@ -28,8 +28,32 @@ def test_json(conav: Callable[..., Any]) -> None:
     summary = json.loads(outcome.out)
     assert summary["pursuers"] == 2
     assert summary["verdict"] == "captured"
-    assert summary["minimal_proved"] is False
+    assert summary["minimal_proved"] is True
+    assert summary["lower_bound"] == 2
     assert summary["time_s"] == pytest.approx(summary["distance_m"] / 2)
+
+
+def test_what_labels_claim_is_judged(conav: Callable[..., Any]) -> None:
+    arguments = ("pursue", "rooms:3", "--method", "splitting", "--labels", "paper")
+    outcome = conav(*arguments)
+    assert outcome.code == 1
+    lines = outcome.out.splitlines()
+    assert lines[0].endswith("claimed captured; an evader can slip away, the verifier found")
+    assert len(lines) == 2
+    summary = json.loads(conav(*arguments, "--json").out)
+    assert (summary["claim"], summary["verdict"]) == ("captured", "escapes")
+    assert (summary["method"], summary["labels"]) == ("splitting", "paper")
+    assert summary["counters"]["states"] > 0
+
+
+def test_delegation_and_a_loss(conav: Callable[..., Any]) -> None:
+    arguments = ("pursue", "ring", "--method", "delegation", "--reach", "60")
+    outcome = conav(*arguments, "--fault", "pursuer_2:dies:3", "--out", "d.mcap")
+    assert outcome.code == 0, outcome.err
+    lines = outcome.out.splitlines()
+    assert lines[0] == "ring: 3 pursuers: nobody can slip away (verified)"
+    assert lines[2] == "  2 calls for help, 12 messages, 1 lost"
+    assert conav("verify", "d.mcap").code == 0
 
 
 def test_a_floor_nobody_knows(conav: Callable[..., Any], tmp_path: Path) -> None:
@@ -56,7 +80,7 @@ def test_a_floor_nobody_knows(conav: Callable[..., Any], tmp_path: Path) -> None
 def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
     outcome = conav("pursue", "ring", "--pursuers", "1")
     assert outcome.code == 1
-    assert outcome.out.startswith("ring: out_of_budget: no plan for 1 pursuer was found")
+    assert outcome.out.startswith("ring: infeasible: 1 pursuer cannot clear this floor")
 
 
 @pytest.mark.parametrize(
@@ -68,6 +92,14 @@ def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
         (("ring", "--start", "50,50"), "off the floor"),
         (("ring", "--speed", "0"), "metres per second"),
         (("ring", "--set", "wieght=1"), "did you mean weight"),
+        (("ring", "--method", "spliting"), "did you mean splitting?"),
+        (("ring", "--labels", "none"), "there are: shadows, paper"),
+        (("ring", "--method", "delegation", "--labels", "paper"), "there are: shadows"),
+        (("ring", "--reach", "0"), "metres above 0"),
+        (("ring", "--reach", "9"), "limited range or reach"),
+        (("ring", "--fault", "pursuer_1:dies:3"), "use delegation"),
+        (("ring", "--fault", "robot_1:dies:3"), "not in the team"),
+        (("ring", "--fault", "pursuer_1:stalls:3"), "all it can do is die"),
         (("ring", "--unknown", "--edb", "0"), "1 or more, or unlimited"),
         (("ring", "--unknown", "--edb", "all"), "setting 'edb'"),
         (("ring", "--edb", "2"), "add --unknown"),

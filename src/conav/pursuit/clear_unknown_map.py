@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from conav.errors import InputError
+from conav.pursuit.bounds import least_pursuers
 from conav.pursuit.catalogue import OnProgress
 from conav.pursuit.drives import moves_of
 from conav.pursuit.guard_posts import guard_posts
@@ -234,14 +235,15 @@ class _Run:
         return self._result(Status.DONE, "")
 
     def _result(self, status: Status, reason: str) -> PursuitResult:
-        sweep = self.sweep
+        sweep, size = self.sweep, len(self.sweep.pursuers)
+        least = min(least_pursuers(sweep.survey.known), size)
         return PursuitResult(
             status,
             reason,
             sweep.schedule(),
             tuple(sweep.pursuers),
-            lower_bound=1,
-            minimal_proved=status is Status.DONE and len(sweep.pursuers) == 1,
+            lower_bound=least,
+            minimal_proved=status is Status.DONE and size == least,
             counters={
                 "moves": sweep.drives,
                 "explored_vertices": self.explored,
