@@ -80,10 +80,13 @@ def test_options_reach_the_solver_and_the_scene(
         raise package.InputError("heard", "enough")
 
     monkeypatch.setattr(INash, "solve", solve)
+    warmed: list[str] = []
+    monkeypatch.setattr("conav.planning.warm_up.warm_up", lambda name, _: warmed.append(name))
     conav("plan", "antipodal-circle", "--robots", "5", "--seed", "3", "--set", "batch=50")
     conav("plan", "random-discs:3", "--time", "2.5")
     conav("plan", "random-discs:3", "--time", "2.5", "--samples", "70")
     (first, problem, seed), (timed, drawn, _), (both, _, _) = heard
+    assert warmed == ["inash", "inash"]  # where there is a clock
     assert (len(problem.robots), seed, first.batch, first.time_s) == (5, 3, 50, None)
     # Without a number of samples time alone ends it.
     assert (timed.time_s, timed.samples) == (2.5, None)
@@ -108,6 +111,16 @@ def test_what_cannot_be_done_exits_with_one(conav: Callable[..., Any], tmp_path:
     assert (tmp_path / "a.png").exists()
     assert not (tmp_path / "a.gif").exists()
     assert "nobody has a path, so there is no animation" in outcome.err
+    assert "  nobody has a path" in outcome.out
+
+
+def test_who_has_no_path_is_told_in_one_line(conav: Callable[..., Any]) -> None:
+    outcome = conav(
+        "plan", "narrow-passage:2,bay=yes", "--solver", "prioritized", "--samples", "100"
+    )
+    assert outcome.code == 1
+    assert "  robot_0: 6.2 m, arrives at" in outcome.out
+    assert "  no path: robot_1" in outcome.out.splitlines()
 
 
 @pytest.mark.parametrize(

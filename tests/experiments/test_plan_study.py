@@ -22,8 +22,9 @@ from conav.experiments.plan_study import (
 )
 from conav.planning.catalogue import SOLVERS
 from conav.planning.scene_writer import scene_text
+from conav.planning.types import PLANNING_MOTIONS
 
-SAMPLE = 40
+SAMPLE = 30
 
 
 def test_no_plan_of_a_sample_breaks_a_rule(tmp_path: Path) -> None:
@@ -50,6 +51,11 @@ def test_cases_go_through_everything() -> None:
     assert {problem.costs for problem in problems} == set(COSTS)
     assert {robot.task for problem in problems for robot in problem.robots} == set(TASKS)
     assert all(len({r.radius_m for r in p.robots}) == len(p.robots) for p in problems)
+    motions: dict[str, set[str]] = {solver_of(case): set() for case in cases}
+    for case, problem in zip(cases, problems, strict=True):
+        motions[solver_of(case)] |= {robot.motion for robot in problem.robots}
+    assert motions["social-optimum"] == {"single-integrator"}
+    assert motions["inash"] == set(PLANNING_MOTIONS)
     assert scene_text(problem_of(17)) == scene_text(problem_of(17))
 
 

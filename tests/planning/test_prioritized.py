@@ -1,9 +1,15 @@
 """The two methods of comparison."""
 
+from dataclasses import replace
+from time import monotonic
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from conav.maps.polygon_map import PolygonMap
 from conav.planning.plan import plan
+from conav.planning.team import Team
 from conav.status import Status
 
 
@@ -47,3 +53,42 @@ def test_any_time_costs_of_the_first_never_rise(scenes) -> None:
     result = plan(scenes.antipodal(5), "anytime-prioritized", seed=2, samples=1500)
     first = [line["costs"][0][0] for line in result.history]
     assert first == sorted(first, reverse=True)
+
+
+def test_a_budget_of_time_leaves_time_to_choose(scenes, monkeypatch) -> None:
+    """By a clock that goes on by what is done: a choice takes as long as edges are many."""
+    now = [0.0]
+    clock = SimpleNamespace(monotonic=lambda: now[0])
+    monkeypatch.setattr("conav.planning.budget.time", clock)
+    best_path, better_path, grow = Team.best_path, Team.better_path, Team.grow
+
+    def takes(per_edge: float, method):
+        def timed(team: Team, robot: int, *rest, **more):
+            now[0] += per_edge * team.graphs[robot].edges
+            return method(team, robot, *rest, **more)
+
+        return timed
+
+    def growing(team: Team, robot: int, samples: int) -> None:
+        now[0] += 2e-4 * samples
+        grow(team, robot, samples)
+
+    monkeypatch.setattr(Team, "best_path", takes(2e-5, best_path))
+    monkeypatch.setattr(Team, "better_path", takes(2e-5, better_path))
+    monkeypatch.setattr(Team, "grow", growing)
+    for seconds in (1.0, 3.0):
+        now[0] = 0.0
+        plan(scenes.antipodal(6, 0.4), "prioritized", samples=None, time_s=seconds, batch=50)
+        assert 0.8 * seconds < now[0] < 1.1 * seconds
+
+
+@pytest.mark.parametrize("solver", ["inash", "prioritized", "anytime-prioritized"])
+def test_what_has_no_plan_for_all_ends_all_the_same(scenes, solver: str) -> None:
+    """Two robots that cannot pass each other: no budget of samples or time is outlived."""
+    problem = replace(scenes.bay(), floor=PolygonMap([(0, 0), (10, 0), (10, 1), (0, 1)]))
+    result = plan(problem, solver, seed=1, samples=400)
+    assert result.status == Status.OUT_OF_BUDGET
+    assert "no path past the others yet for " in result.reason
+    began = monotonic()
+    plan(problem, solver, seed=1, samples=None, time_s=0.3)
+    assert monotonic() - began < 10.0

@@ -212,6 +212,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
         np.arange(7),
         np.column_stack([places, times]),
         np.array([0, 1, 0, 0, 0, 1, 2], np.int32),
+        np.ones(7, np.bool_),
         np.searchsorted([head for _, head in edges], np.arange(8)).astype(np.int64),
         np.array([tail for tail, _ in edges], np.int32),
         np.zeros(len(edges)),
@@ -221,7 +222,7 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
     automaton = automaton_of(parse_formula("F a & F b"), disjoint_letters(["a", "b"]))
     roads = make_roads(arranged, automaton, np.array([costs[edge] for edge in edges]))
     traffic = build_traffic(PlanningProblem(scenes.square, scenes.antipodal(2, 0.4).robots, 12.0))
-    arguments = (roads, traffic, 0, np.array([1000.0]), np.ones(2, np.bool_), np.inf)
+    arguments = (roads, traffic, 0, np.array([1000.0, 0.0, 0.0]), np.ones(2, np.bool_), np.inf)
     counters = np.zeros(2, np.int64)
     alone = best_response(*arguments, counters)
     assert alone is not None

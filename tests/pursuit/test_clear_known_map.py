@@ -12,7 +12,6 @@ from conav.maps.load_floor_plan import load_floor_plan
 from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.catalogue import make_method, settings_of
 from conav.pursuit.clear_known_map import ClearKnownMap
-from conav.pursuit.guard_posts import guard_posts
 from conav.pursuit.known_map import KnownMapSearch
 from conav.pursuit.recorder import record_pursuit
 from conav.pursuit.roadmap import make_roadmap
@@ -78,12 +77,21 @@ def test_where_everything_is_seen_nobody_moves() -> None:
         assert verdict(floor, result) == "captured"
 
 
-def test_too_few_pursuers_are_told() -> None:
-    result = cleared(load_floor_plan("ring"), most=1)
-    assert result.status == "out_of_budget"
-    assert "1 pursuer" in result.reason
+@pytest.mark.parametrize("name", ["ring", "spider:2,2,2"])
+def test_too_few_pursuers_are_told(name: str) -> None:
+    result = cleared(load_floor_plan(name), most=1)
+    assert result.status == "infeasible"
+    assert result.lower_bound == 2
+    assert "1 pursuer cannot" in result.reason
     assert not result.minimal_proved
-    assert cleared(load_floor_plan("ring"), most=2).status == "done"
+    assert cleared(load_floor_plan(name), most=2).status == "done"
+
+
+def test_what_no_search_finds_is_not_called_impossible() -> None:
+    result = cleared(load_floor_plan("triples:3"), most=2)
+    assert result.status == "out_of_budget"
+    assert "2 pursuers" in result.reason
+    assert result.lower_bound == 2
 
 
 def test_a_team_larger_than_needed_is_used() -> None:
@@ -107,18 +115,6 @@ def test_without_a_budget_guards_are_posted() -> None:
     assert result.status == "done"
     assert len(result.pursuers) > 2
     assert verdict(floor, result) == "captured"
-
-
-def test_posts_see_the_whole_floor() -> None:
-    for name in ("comb:4", "rooms:3", "ring", "streets:3", "spider:2,2,2"):
-        floor = load_floor_plan(name)
-        mesh = triangulate(floor.vertices, floor.ring_starts)
-        roadmap = make_roadmap(floor, mesh, [default_start(floor)], middles=False)
-        shadows = ShadowMoves(mesh)
-        posts = guard_posts(roadmap, shadows)
-        assert posts is not None
-        assert shadows.shadows(tuple(roadmap.points[post] for post in posts)).count == 0
-    assert len(posts) <= len(floor.vertices) // 4  # orthogonal floors: a quarter of the corners
 
 
 @pytest.mark.parametrize(

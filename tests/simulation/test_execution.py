@@ -166,7 +166,7 @@ def adversaries(draw: Any) -> tuple[PlanningProblem, list[Trajectory], list[Dist
     return problem, ways, bad, safe_margin(problem, error, delay)
 
 
-@runs(max_examples=150)
+@runs(max_examples=80)
 @given(adversaries())
 def test_clearance_never_falls_by_more_than_the_safe_margin(
     case: tuple[PlanningProblem, list[Trajectory], list[Disturbance], float],

@@ -50,7 +50,8 @@ def plan(
     samples
         Samples each robot draws; the same seed then gives the same plan on every machine.
     time
-        Seconds the solver may take. Without --samples nothing else ends it.
+        Seconds the solver may take, once its kernels are loaded. Without --samples nothing else
+        ends it.
     seed
         Seed of everything random: the solver, and a made scene whose name says none.
     robots
@@ -87,6 +88,7 @@ def plan(
     from conav.planning.load_scene import load_scene
     from conav.planning.plan_summary import plan_summary
     from conav.planning.recorder import PlanRecorder
+    from conav.planning.warm_up import warm_up
 
     chosen = make_solver(solver, settings)
     problem = load_scene(scene, robots=robots, seed=seed)
@@ -95,6 +97,8 @@ def plan(
             "conav: compiling the kernels; this happens once and takes up to a minute",
             file=sys.stderr,
         )
+    if settings.get("time_s") is not None:
+        warm_up(solver, problem)
     first: list[float] = []
     with ExitStack() as stack:
         recorder = None
@@ -184,17 +188,21 @@ def _print_summary(
         print(text)
     if summary["status"] == "done" and all(robot["epsilon"] == 0.0 for robot in robots):
         print("  an equilibrium: on its graph no robot can do better alone")
-    for robot in robots[:SHOWN]:
-        if robot["arrival_s"] is None:
-            print(f"  {robot['name']}: no path")
-            continue
+    driving = [robot for robot in robots if robot["arrival_s"] is not None]
+    for robot in driving[:SHOWN]:
         alone = f", alone {robot['solo_m']:.4g} {unit}" if robot["solo_m"] is not None else ""
         print(
             f"  {robot['name']}: {robot['length_m']:.4g} m, arrives at "
             f"{robot['arrival_s']:.4g} s{alone}"
         )
-    if len(robots) > SHOWN:
-        print(f"  and {len(robots) - SHOWN} more robots")
+    if len(driving) > SHOWN:
+        print(f"  and {len(driving) - SHOWN} more robots")
+    missing = [robot["name"] for robot in robots if robot["arrival_s"] is None]
+    if missing:
+        more = f" and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
+        print(
+            f"  no path: {', '.join(missing[:SHOWN])}{more}" if driving else "  nobody has a path"
+        )
     clearance = summary["min_clearance_m"]
     least = f"{clearance:.3g} m between robots at least; " if clearance is not None else ""
     first = summary["first_solution_compute_s"]

@@ -237,7 +237,7 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
         if "messages" in counters:
             print(
                 f"  {counters['deliberations']} calls for help, {counters['messages']} messages, "
-                f"{counters['lost']} pursuers lost"
+                f"{counters['lost']} lost"
             )
         if summary["minimal_proved"]:
             print("  no smaller team can do it")

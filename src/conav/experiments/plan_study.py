@@ -1,8 +1,9 @@
 """Very many plans over random scenes, each written, read again and verified.
 
 Case k is a scene and a solver drawn from k alone: two to eight robots of different radii and speeds
-on a square of random walls and discs, tasks of six forms over overlapping regions, costs of one or
-two components, and robots that stay, vanish, or some of each. Every plan goes through a run file
+on a square of random walls and discs, in every other scene of a solver that knows them some that
+accelerate or turn, tasks of six forms over overlapping regions, costs of one or two components, and
+robots that stay, vanish, or some of each. Every plan goes through a run file
 and the verifier of `conav verify`; what it says is kept in a journal, so that a study that was
 stopped goes on. Run files of plans that break a rule are kept beside it.
 """
@@ -28,7 +29,15 @@ from conav.maps.polygon_map import PolygonMap
 from conav.planning.catalogue import SOLVERS, make_solver, settings_of
 from conav.planning.floor import floor_between
 from conav.planning.recorder import PlanRecorder
-from conav.planning.types import PlanningProblem, PlanningRobot, Region
+from conav.planning.types import (
+    DOUBLE_INTEGRATOR,
+    DUBINS_CAR,
+    PLANNING_MOTIONS,
+    SINGLE_INTEGRATOR,
+    PlanningProblem,
+    PlanningRobot,
+    Region,
+)
 from conav.planning.verify import verify_plan
 from conav.runs.reader import read_plan
 
@@ -56,6 +65,9 @@ EFFORT: Mapping[str, Mapping[str, Any]] = {
 """Settings of each solver beside samples: enough for small scenes."""
 
 STUDIED = tuple(EFFORT)
+
+STRAIGHT = ("social-optimum",)
+"""Those that plan for single integrators alone."""
 
 Point = tuple[float, float]
 
@@ -118,6 +130,8 @@ def problem_of(case: int) -> PlanningProblem:
     """
     block = case // len(STUDIED)
     rng = np.random.Generator(np.random.PCG64([2014, case]))
+    motions = np.random.Generator(np.random.PCG64([2015, case]))
+    curved = solver_of(case) not in STRAIGHT and block % 2 == 1
     count = ROBOTS[block % len(ROBOTS)]
     ending = ENDINGS[(block // len(ROBOTS)) % len(ENDINGS)]
     costs = COSTS[int(rng.integers(0, 4)) % len(COSTS)]
@@ -139,16 +153,22 @@ def problem_of(case: int) -> PlanningProblem:
             else Region(name, polygon=_box(rng, side))
             for name in "abc"
         }
+        motion = SINGLE_INTEGRATOR
+        if curved:
+            motion = PLANNING_MOTIONS[int(motions.integers(0, len(PLANNING_MOTIONS)))]
         then = ENDINGS[int(rng.integers(0, 2))] if ending == "mixed" else ending
         task = TASKS[int(rng.integers(0, len(TASKS)))]
         robots.append(
             PlanningRobot(
                 f"r{number}",
-                start,
+                (*start, *_rest(motion, motions)),
                 task,
                 {name: region for name, region in regions.items() if _named(name, task)},
                 radius,
                 float(rng.uniform(0.6, 1.5)),
+                acceleration_mps2=float(motions.uniform(0.5, 2.0)),
+                turning_radius_m=float(motions.uniform(0.2, 0.6)),
+                motion=motion,
                 after_arrival="vanish" if then == "vanish" else "stay",
             )
         )
@@ -265,6 +285,13 @@ def _tally(name: str, all_of: Sequence[Verdict | Failure]) -> Tally:
 
 def _modules() -> list[str]:
     return [SOLVERS[name].partition(":")[0] for name in STUDIED]
+
+
+def _rest(motion: str, rng: np.random.Generator) -> tuple[float, ...]:
+    """What a start has beside its place: a robot that accelerates is at rest, a car looks about."""
+    if motion == DOUBLE_INTEGRATOR:
+        return (0.0, 0.0)
+    return (float(rng.uniform(-np.pi, np.pi)),) if motion == DUBINS_CAR else ()
 
 
 def _named(name: str, task: str) -> bool:

@@ -1,5 +1,6 @@
 """How much a solver may do, and whom it tells how far it is."""
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +43,7 @@ class Budget:
     drawn: int = 0
     iteration: int = 0
     stopped: bool = False
-    started: float = field(default_factory=time.monotonic)
+    started: float = field(default_factory=lambda: time.monotonic())
 
     def __post_init__(self) -> None:
         if self.samples is None and self.iterations is None and self.time_s is None:
@@ -54,6 +55,13 @@ class Budget:
         return self.stopped or (
             self.time_s is not None and time.monotonic() - self.started >= self.time_s
         )
+
+    @property
+    def left_s(self) -> float:
+        """Seconds of wall time until everything must stop; infinite without a budget of time."""
+        if self.time_s is None:
+            return math.inf
+        return self.time_s - (time.monotonic() - self.started)
 
     @property
     def growing(self) -> bool:

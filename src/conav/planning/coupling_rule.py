@@ -47,6 +47,9 @@ class CouplingRule:
     _firsts: dict[Hashable, float | None] = field(default_factory=dict[Hashable, float | None])
 
     def begin(self) -> Hashable:
+        # Steps are called by ranks, which are others when a graph has grown.
+        self._known.clear()
+        self._firsts.clear()
         return ((),) * len(self.couplings)
 
     def after(

@@ -33,8 +33,8 @@ from conav.planning.graph_arrays import (
     WORDS,
     cell_of,
 )
-from conav.planning.insert import insert
-from conav.planning.near import nearest, some_near
+from conav.planning.insert import insert_among
+from conav.planning.near import near_vertices, nearest
 from conav.planning.obstacles import segment_free
 from conav.planning.radius import connection_radius
 from conav.planning.sampler import (
@@ -90,6 +90,7 @@ def extend(
     speed = limits[SPEED]
     targets = len(discs) + len(rings)
     horizon = numbers[HORIZON]
+    forward = rule[FORWARD] != 0.0
     for done in range(samples):
         vertices = counts[VERTICES]
         edge = counts[EDGES]
@@ -105,8 +106,9 @@ def extend(
         y = 0.0
         t = 0.0
         steps = 1
+        found = -1  # vertices that are known to be near
         nears = True
-        if rule[FORWARD] == 0.0:
+        if not forward:
             x = numbers[FROM_X] + some * (numbers[TO_X] - numbers[FROM_X])
             y = numbers[FROM_Y] + unit(draw(seed, first + 2)) * (numbers[TO_Y] - numbers[FROM_Y])
             early = AT_MOST * _distance(states[0, 0], states[0, 1], x, y) / speed
@@ -124,10 +126,10 @@ def extend(
             t = np.inf
             if targets > 0:
                 target = below(draw(seed, first + 3), targets)
-                x, y, found = nearest_in(
+                x, y, hit = nearest_in(
                     discs, rings, sides, target, states[near, 0], states[near, 1]
                 )
-                if found and segment_free(
+                if hit and segment_free(
                     grid, starts, items, shapes, states[near, 0], states[near, 1], x, y
                 ):
                     away = _distance(states[near, 0], states[near, 1], x, y)
@@ -163,17 +165,17 @@ def extend(
             y += spread * (2.0 * unit(draw(seed, first + 5)) - 1.0)
             t += spread / speed * (2.0 * unit(draw(seed, first + 6)) - 1.0)
         else:
-            found = False
+            hit = False
             beyond = numbers[WAITS] + numbers[WAYS] + numbers[LOCAL]
             if beyond <= kind < beyond + numbers[GOALS] and targets > 0:
                 target = below(draw(seed, first + 2), targets)
                 for trial in range(TRIES):
                     u = unit(draw(seed, first + 8 + 2 * trial))
                     v = unit(draw(seed, first + 9 + 2 * trial))
-                    x, y, found = place_in(discs, rings, sides, target, u, v)
-                    if found:
+                    x, y, hit = place_in(discs, rings, sides, target, u, v)
+                    if hit:
                         break
-            if not found:
+            if not hit:
                 x = numbers[FROM_X] + unit(draw(seed, first + 4)) * (
                     numbers[TO_X] - numbers[FROM_X]
                 )
@@ -188,24 +190,32 @@ def extend(
             if nears:
                 # A sample that some vertex reaches within the radius is taken as it is, whichever
                 # is the nearest; in mode "paper" the way from that one must be free.
-                if rule[FORWARD] != 0.0:
-                    near = some_near(states, links, heads, box, speed, radius, x, y, t)
+                if forward:
+                    found = near_vertices(
+                        states, links, heads, box, speed, radius, True, x, y, t, near_ones
+                    )
+                    for i in range(found):
+                        if states[near_ones[i], 2] < t:
+                            near = int(near_ones[i])
+                            break
+                    if near < 0:
+                        found = -1
                 if near < 0:
                     near = nearest(states, links, heads, box, vertices, speed, x, y, t)
-                if near >= 0:
-                    away = _distance(states[near, 0], states[near, 1], x, y)
-                    reach = speed * (t - states[near, 2])
-                    whole = math.sqrt(away * away + reach * reach)
-                    if whole > radius:
-                        # A little less: rounding must not put the vertex outside the radius.
-                        share = radius / (whole * AT_MOST)
-                        x = states[near, 0] + share * (x - states[near, 0])
-                        y = states[near, 1] + share * (y - states[near, 1])
-                        t = states[near, 2] + share * (t - states[near, 2])
-                    if rule[FORWARD] == 0.0 and not segment_free(
-                        grid, starts, items, shapes, states[near, 0], states[near, 1], x, y
-                    ):
-                        near = -1
+                    if near >= 0:
+                        away = _distance(states[near, 0], states[near, 1], x, y)
+                        reach = speed * (t - states[near, 2])
+                        whole = math.sqrt(away * away + reach * reach)
+                        if whole > radius:
+                            # A little less: rounding must not put the vertex outside the radius.
+                            share = radius / (whole * AT_MOST)
+                            x = states[near, 0] + share * (x - states[near, 0])
+                            y = states[near, 1] + share * (y - states[near, 1])
+                            t = states[near, 2] + share * (t - states[near, 2])
+                        if not forward and not segment_free(
+                            grid, starts, items, shapes, states[near, 0], states[near, 1], x, y
+                        ):
+                            near = -1
             if near >= 0:
                 x0 = states[near, 0]
                 y0 = states[near, 1]
@@ -215,7 +225,15 @@ def extend(
                     state[0] = x if step == steps else x0 + share * (x - x0)
                     state[1] = y if step == steps else y0 + share * (y - y0)
                     state[2] = t if step == steps else t0 + share * (t - t0)
-                    outcome = insert(
+                    if found < 0:
+                        radius = connection_radius(
+                            counts[VERTICES] + 1, rule[GAMMA], rule[ETA], int(rule[ROOT])
+                        )
+                        found = near_vertices(
+                            states, links, heads, box, speed, radius, forward, state[0], state[1],
+                            state[2], near_ones,
+                        )  # fmt: skip
+                    outcome = insert_among(
                         grid,
                         starts,
                         items,
@@ -239,7 +257,9 @@ def extend(
                         word,
                         pieces,
                         near_ones,
+                        found,
                     )
+                    found = -1
                     if outcome <= 0:
                         break
         if outcome == FULL:

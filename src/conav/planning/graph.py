@@ -12,6 +12,10 @@ from u to w exactly when
 5. it has a word (`conav.planning.labels`): no region's border is met so closely that rounding
    decides; in mode "paper" the label changes once at most ("trace inclusive").
 
+So it is for a robot that goes straight at constant speed. Where the motion is another, the way
+from u to w is the motion's (`conav.planning.steering`) and exists when that finds one, (4) is asked
+of its pieces and (5) of the borders they meet (`conav.planning.curves`).
+
 Old graphs are part of newer ones and time makes every one acyclic, in both modes, which is what
 the convergence of iNash needs. Mode "forward" has about twice the edges for the same vertices.
 How vertices are found is no part of the rule (`conav.planning.extend`).

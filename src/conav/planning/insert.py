@@ -64,6 +64,55 @@ def insert(
     near: NDArray[np.int32],
 ) -> int:
     """Adds a vertex and its edges, if the rule gives it a way in: `ADDED`, `REFUSED` or `FULL`."""
+    radius = connection_radius(counts[VERTICES] + 1, rule[GAMMA], rule[ETA], int(rule[ROOT]))
+    forward = rule[FORWARD] != 0.0
+    found = near_vertices(
+        states,
+        links,
+        heads,
+        box,
+        limits[SPEED],
+        radius,
+        forward,
+        state[0],
+        state[1],
+        state[2],
+        near,
+    )
+    return insert_among(
+        grid, starts, items, shapes, discs, rings, sides, masks, limits, rule, states, links,
+        heads, edges, lengths, words, counts, box, state, places, word, pieces, near, found,
+    )  # fmt: skip
+
+
+@kernel
+def insert_among(
+    grid: NDArray[np.float64],
+    starts: NDArray[np.int32],
+    items: NDArray[np.int32],
+    shapes: NDArray[np.float64],
+    discs: NDArray[np.float64],
+    rings: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    masks: NDArray[np.int64],
+    limits: NDArray[np.float64],
+    rule: NDArray[np.float64],
+    states: NDArray[np.float64],
+    links: NDArray[np.int32],
+    heads: NDArray[np.int32],
+    edges: NDArray[np.int32],
+    lengths: NDArray[np.float64],
+    words: NDArray[np.int32],
+    counts: NDArray[np.int64],
+    box: NDArray[np.float64],
+    state: NDArray[np.float64],
+    places: NDArray[np.float64],
+    word: NDArray[np.int64],
+    pieces: NDArray[np.float64],
+    near: NDArray[np.int32],
+    found: int,
+) -> int:
+    """As `insert`, the first `found` of `near` being all vertices within the radius."""
     new = counts[VERTICES]
     if new == len(states):
         return FULL
@@ -81,8 +130,6 @@ def insert(
     has_way_in = False
     forward = rule[FORWARD] != 0.0
     speed = limits[SPEED]
-    radius = connection_radius(new + 1, rule[GAMMA], rule[ETA], int(rule[ROOT]))
-    found = near_vertices(states, links, heads, box, speed, radius, forward, x, y, t, near)
     for i in range(found):
         other = int(near[i])
         ox = states[other, 0]

@@ -60,6 +60,8 @@ def near_vertices(
     rows = int(box[ROWS])
     layers = int(box[LAYERS])
     cell = box[CELL]
+    left = box[LEFT]
+    low = box[LOW]
     layer = min(max(int(speed * t / cell), 0), layers - 1)
     farthest = radius * _MORE
     last_layer = min(int((speed * t + farthest) / cell), layers - 1) if forward else layer
@@ -67,15 +69,14 @@ def near_vertices(
     for z in range(max(int((speed * t - farthest) / cell), 0), last_layer + 1):
         # No place of this layer that has an edge to the vertex is farther away than `wide`.
         wide = width(z, layers, cell, speed * t, farthest)
-        for v in range(
-            max(int((y - wide - box[LOW]) / cell), 0),
-            min(int((y + wide - box[LOW]) / cell), rows - 1) + 1,
-        ):
-            for u in range(
-                max(int((x - wide - box[LEFT]) / cell), 0),
-                min(int((x + wide - box[LEFT]) / cell), columns - 1) + 1,
-            ):
-                old = heads[(z * rows + v) * columns + u]
+        first_column = max(int((x - wide - left) / cell), 0)
+        last_column = min(int((x + wide - left) / cell), columns - 1)
+        first_row = max(int((y - wide - low) / cell), 0)
+        last_row = min(int((y + wide - low) / cell), rows - 1)
+        for v in range(first_row, last_row + 1):
+            row = (z * rows + v) * columns
+            for u in range(row + first_column, row + last_column + 1):
+                old = heads[u]
                 while old >= 0:
                     dx = x - states[old, 0]
                     dy = y - states[old, 1]
@@ -91,47 +92,6 @@ def near_vertices(
                         count += 1
                     old = links[old, BEFORE]
     return count
-
-
-@kernel
-def some_near(
-    states: NDArray[np.float64],
-    links: NDArray[np.int32],
-    heads: NDArray[np.int32],
-    box: NDArray[np.float64],
-    speed: float,
-    radius: float,
-    x: float,
-    y: float,
-    t: float,
-) -> int:
-    """Some vertex within the radius from which (x, y, t) can be reached in time, -1 for none."""
-    columns = int(box[COLUMNS])
-    rows = int(box[ROWS])
-    layers = int(box[LAYERS])
-    cell = box[CELL]
-    layer = min(max(int(speed * t / cell), 0), layers - 1)
-    for z in range(layer, max(int((speed * t - radius) / cell), 0) - 1, -1):
-        wide = width(z, layers, cell, speed * t, radius)
-        for v in range(
-            max(int((y - wide - box[LOW]) / cell), 0),
-            min(int((y + wide - box[LOW]) / cell), rows - 1) + 1,
-        ):
-            for u in range(
-                max(int((x - wide - box[LEFT]) / cell), 0),
-                min(int((x + wide - box[LEFT]) / cell), columns - 1) + 1,
-            ):
-                old = heads[(z * rows + v) * columns + u]
-                while old >= 0:
-                    dx = x - states[old, 0]
-                    dy = y - states[old, 1]
-                    reach = speed * (t - states[old, 2])
-                    plane = dx * dx + dy * dy
-                    cone = reach * reach
-                    if plane <= cone and reach > 0.0 and plane + cone <= radius * radius:
-                        return old
-                    old = links[old, BEFORE]
-    return -1
 
 
 @kernel

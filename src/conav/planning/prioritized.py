@@ -10,9 +10,42 @@ from dataclasses import dataclass
 from conav.planning.budget import Budget, OnProgress
 from conav.planning.impossible import why_impossible
 from conav.planning.lay_guides import lay_guides
-from conav.planning.team import GraphSettings, build_team
+from conav.planning.team import GraphSettings, Team, build_team
 from conav.planning.types import PlanningProblem, PlanningResult
 from conav.status import Status
+
+_PASSES = 3.0
+"""A robot chooses, chooses again when its path is straight, and says what it could gain."""
+
+
+@dataclass(eq=False)
+class _Choosing:
+    """How long everybody's choice will take, where a budget of time asks: known from a rehearsal.
+
+    There is one whenever the graphs have twice the edges they had at the last.
+    """
+
+    team: Team
+    budget: Budget
+    edges: int = 0  # at the last rehearsal
+    took_s: float = 0.0
+
+    def rehearse(self) -> None:
+        """Everybody chooses with nobody about, if it is time for that."""
+        edges = self._all_edges()
+        if self.budget.time_s is None or edges < 2 * self.edges:
+            return
+        left_s = self.budget.left_s
+        for robot in range(self.team.size):
+            self.team.best_path(robot, self.team.only([]))
+        self.edges, self.took_s = edges, left_s - self.budget.left_s
+
+    def expected_s(self) -> float:
+        """The time that all choices will take on the graphs as they are."""
+        return _PASSES * self.took_s * self._all_edges() / max(self.edges, 1)
+
+    def _all_edges(self) -> int:
+        return sum(graph.edges for graph in self.team.graphs)
 
 
 @dataclass(frozen=True)
@@ -33,10 +66,12 @@ class Prioritized(GraphSettings):
         if reason is not None:
             return team.result(Status.INFEASIBLE, reason)
         lay_guides(team)
-        while budget.growing:
+        choosing = _Choosing(team, budget)
+        while budget.growing and budget.left_s > choosing.expected_s():
             samples = budget.next_batch(self.batch)
             for robot in range(team.size):
                 team.grow(robot, samples)
+            choosing.rehearse()
             team.tell(budget, "sampling")
         for robot in range(team.size):
             before = team.only(range(robot))

@@ -55,8 +55,8 @@ def fifth_root(x: float) -> float:
     """The fifth root of 0 <= x <= 1, to the last few bits, by Newton's method from above."""
     if x == 0.0:
         return 0.0
-    root = math.sqrt(math.sqrt(x))  # at least the root, since x is at most 1
-    for _ in range(60):
+    root = 1.0
+    for _ in range(200):  # a fifth is taken away at least while it is far above
         fourth = root * root * root * root
         after = (4.0 * root + x / fourth) / 5.0
         if after >= root:
@@ -80,3 +80,15 @@ def connection_radius(count: int, gamma: float, eta: float, exponent: int) -> fl
     else:
         root = math.sqrt(cube_root(share))
     return min(gamma * root, eta)
+
+
+def default_gamma(area_m2: float, extent_m: float) -> float:
+    """The least gamma of RRG in the plane and time [Karaman2011], times what the cone takes away.
+
+    gamma = 2 (1 + 1/3)^(1/3) (mu / zeta)^(1/3) with mu the measure of places and times, v t in
+    metres, and zeta the unit ball's. Of a ball only the cones of what can be reached count, a share
+    of (1 - 1/sqrt 2) / 2 on each side: gamma is larger by the cube root of its inverse, 1.9.
+    """
+    ball = 4.18879020478639
+    cone = 0.14644660940672624
+    return 2.0 * cube_root(4.0 / 3.0 * area_m2 * extent_m / ball / cone)

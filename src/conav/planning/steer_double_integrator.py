@@ -27,7 +27,8 @@ SPEED, ACCELERATION = range(2)
 
 _SPARE = 1.0 + 1e-9  # by which limits may be passed, which is rounding
 _SHORTEST = 1e-3  # [s] of an end phase; times are too coarse for much shorter ones
-_ROUNDS = 100
+_ROUNDS = 20
+_NEWTON_ROUNDS = 60
 _HALVINGS = 60
 
 
@@ -60,8 +61,12 @@ def connect_double_integrator(
         return 0
     first, last = _short_phases(dx, dy, ux, uy, vx, vy, duration, limits[ACCELERATION])
     if not _keeps(dx, dy, ux, uy, vx, vy, duration, first, last, speed, bound):
-        first = _even_switch(dx, dy, ux, uy, vx, vy, duration)
+        # One acceleration all along is met by halves; for it any time is one of an even switch.
+        first = 0.5 * duration
         last = duration - first
+        if not _keeps(dx, dy, ux, uy, vx, vy, duration, first, last, speed, bound):
+            first = _even_switch(dx, dy, ux, uy, vx, vy, duration)
+            last = duration - first
         if not _keeps(dx, dy, ux, uy, vx, vy, duration, first, last, speed, bound):
             share = _slow_share(dx, dy, ux, uy, vx, vy, duration, first, last, speed)
             first *= share
@@ -209,25 +214,49 @@ def _short_phases(
     duration: float,
     bound: float,
 ) -> tuple[float, float]:
-    """The end phases that full acceleration needs, substituted until they stay."""
+    """The end phases that full acceleration needs; -1, -1 where none are found.
+
+    By repeated substitution; where that is slow, which is where hardly any time is to spare and two
+    solutions are about to meet, by Newton's method on from there.
+    """
     first = 0.0
     last = 0.0
     floor = min(_SHORTEST, 0.25 * duration)
-    for _ in range(_ROUNDS):
+    for turn in range(_ROUNDS + _NEWTON_ROUNDS):
         wx, wy = _between(dx, dy, ux, uy, vx, vy, duration, first, last)
-        new_first = sqrt((wx - ux) * (wx - ux) + (wy - uy) * (wy - uy)) / bound
-        new_last = sqrt((vx - wx) * (vx - wx) + (vy - wy) * (vy - wy)) / bound
+        gain = sqrt((wx - ux) * (wx - ux) + (wy - uy) * (wy - uy))
+        loss = sqrt((vx - wx) * (vx - wx) + (vy - wy) * (vy - wy))
+        new_first = gain / bound
+        new_last = loss / bound
         if new_first > 0.0:
             new_first = max(new_first, floor)
         if new_last > 0.0:
             new_last = max(new_last, floor)
-        if new_first + new_last > duration:
-            return -1.0, -1.0
         moved = abs(new_first - first) + abs(new_last - last)
-        first = new_first
-        last = new_last
         if moved <= 1e-15 * duration:
             break
+        if turn >= _ROUNDS:
+            # The derivatives of w are (w - u) / whole and (w - v) / whole, whole = 2T - a - c; a
+            # phase at its shortest does not change.
+            whole = 2.0 * duration - first - last
+            mixed = (wx - ux) * (wx - vx) + (wy - uy) * (wy - vy)
+            a, b, c, d = -1.0, 0.0, 0.0, -1.0
+            if new_first > floor:
+                a += new_first / whole
+                b = mixed / (whole * bound * gain)
+            if new_last > floor:
+                c = mixed / (whole * bound * loss)
+                d += new_last / whole
+            determinant = a * d - b * c
+            if determinant != 0.0:
+                miss_first = new_first - first
+                miss_last = new_last - last
+                new_first = first - (d * miss_first - b * miss_last) / determinant
+                new_last = last - (a * miss_last - c * miss_first) / determinant
+        if not (new_first >= 0.0 and new_last >= 0.0 and new_first + new_last <= duration):
+            return -1.0, -1.0
+        first = new_first
+        last = new_last
     return first, last
 
 

@@ -38,7 +38,7 @@ from conav.planning.letters import Task, task_of
 from conav.planning.lower_bound import sum_bound
 from conav.planning.obstacles import Obstacles, build_obstacles
 from conav.planning.pareto_response import pareto_response
-from conav.planning.radius import cube_root
+from conav.planning.radius import default_gamma
 from conav.planning.sampler import Sampler
 from conav.planning.shortcut import between, shortcut
 from conav.planning.shortcut_curved import between_curved, shortcut_curved
@@ -398,15 +398,3 @@ def robot_seed(seed: int, name: str) -> np.uint64:
     """The seed of one robot, from the problem's and its name."""
     entropy = [seed, *name.encode()]
     return np.uint64(np.random.SeedSequence(entropy).generate_state(1, np.uint64)[0])
-
-
-def default_gamma(area_m2: float, extent_m: float) -> float:
-    """The least gamma of RRG in the plane and time [Karaman2011], times what the cone takes away.
-
-    gamma = 2 (1 + 1/3)^(1/3) (mu / zeta)^(1/3) with mu the measure of places and times, v t in
-    metres, and zeta the unit ball's. Of a ball only the cones of what can be reached count, a share
-    of (1 - 1/sqrt 2) / 2 on each side: gamma is larger by the cube root of its inverse, 1.9.
-    """
-    ball = 4.18879020478639
-    cone = 0.14644660940672624
-    return 2.0 * cube_root(4.0 / 3.0 * area_m2 * extent_m / ball / cone)

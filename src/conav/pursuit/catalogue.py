@@ -22,6 +22,7 @@ METHODS: dict[str, dict[str, str]] = {
         "paper": "conav.pursuit.splitting:SplittingByVertexLabels",
     },
     "unknown-map": {"shadows": "conav.pursuit.clear_unknown_map:ClearUnknownMap"},
+    "guards": {"shadows": "conav.pursuit.clear_by_guards:ClearByGuards"},
     "delegation": {"shadows": "conav.pursuit.delegation:Delegation"},
 }
 """Method -> labels -> "module:class"; nothing is imported before it is asked for."""

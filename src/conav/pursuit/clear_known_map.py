@@ -1,10 +1,10 @@
 """Clearing a known floor with as few pursuers as are found to suffice.
 
-A plan is looked for quickly first: guards part the floor, and one searcher clears the parts. Then
-it is tried with fewer, more thoroughly: on floors without holes by a decision whether one pursuer
-suffices, by guards at several places, and by a search in which all move in turn. A size no plan is
-found for is not proved to be too small, but where a bound says so. Posts that see the whole floor
-end the growth, where 60 of them are enough.
+A plan is looked for quickly first: guards part the floor, and one searcher clears the parts. Then,
+on floors without holes, it is decided whether one pursuer suffices. Else it is tried with one less,
+and one less again, more thoroughly: by guards at several places, and by a search in which all move
+in turn. A size no plan is found for is not proved to be too small, but where a bound says so. Posts
+that see the whole floor end the growth, where 60 of them are enough.
 """
 
 from dataclasses import dataclass, replace
@@ -55,20 +55,21 @@ class ClearKnownMap:
             quick = plans.quick(size)
         if plans.stopped:
             return _nothing(problem, size, plans, "it was stopped")
-        last = size + (quick is None or self.weight == 0.0)
-        for smaller in range(first, last):
-            thorough = plans.alone() if smaller == 1 else None
-            if smaller < plans.least:
-                continue
-            if thorough is None:
-                thorough = plans.thorough(smaller)
+        best = None if quick is None else (size, quick)
+        if first == 1 and (quick is None or size > 1):
+            alone = plans.alone()
+            if alone is not None:
+                return _result(problem, 1, alone, plans)
+        smaller = size - (quick is not None and self.weight > 0.0)
+        while smaller >= max(first, plans.least):
+            found = plans.thorough(smaller)
             if plans.stopped:
                 return _nothing(problem, smaller, plans, "it was stopped")
-            if thorough is not None:
-                return _result(problem, smaller, thorough, plans)
-        if quick is None:
-            return _nothing(problem, size, plans)
-        return _result(problem, size, quick, plans)
+            if found is None:
+                break
+            best = smaller, found
+            smaller -= 1
+        return _nothing(problem, size, plans) if best is None else _result(problem, *best, plans)
 
 
 def _result(problem: PursuitProblem, size: int, plan: Plan, plans: Plans) -> PursuitResult:
@@ -94,6 +95,8 @@ def _result(problem: PursuitProblem, size: int, plan: Plan, plans: Plans) -> Pur
 def _nothing(problem: PursuitProblem, size: int, plans: Plans, reason: str = "") -> PursuitResult:
     word = "pursuer" if size == 1 else "pursuers"
     tried = f"no plan for {size} {word} was found; more pursuers or a larger budget may find one"
-    counters = {"expanded": plans.expanded}
-    found = out_of_budget(team_of(problem, size), reason or tried, counters)
-    return replace(found, lower_bound=min(plans.least, size))
+    if size < plans.least:
+        tried = f"{size} {word} cannot clear this floor, that is proved; {plans.least} may"
+    found = out_of_budget(team_of(problem, size), reason or tried, {"expanded": plans.expanded})
+    status = Status.INFEASIBLE if size < plans.least and not reason else found.status
+    return replace(found, status=status, lower_bound=plans.least)

@@ -207,7 +207,8 @@ class _Run:
             if not may_grow(problem, size):
                 break
             if size == first:
-                posts = guard_posts(searches[0].roadmap, searches[0].shadows)
+                found_posts = guard_posts(mesh, searches[0].roadmap.points)
+                posts = None if found_posts is None else found_posts.places
             size += 1
         word = "pursuer" if size == 1 else "pursuers"
         tried = f"no plan for {size} {word} was found; more or a larger budget may find one"

@@ -68,7 +68,8 @@ class Plans:
         if plan is None and not self.stopped and (self._splits[middles].ended or size == LARGEST):
             search = self._splits[middles]
             if self._posts is None:
-                self._posts = guard_posts(search.roadmap, self.shadows) or ()
+                posts = guard_posts(self.mesh, search.roadmap.points)
+                self._posts = () if posts is None else posts.places
             if 0 < len(self._posts) <= size:
                 drives = [(who, [post]) for who, post in enumerate(self._posts)]
                 plan = self._plan(search, drives, size)

@@ -128,7 +128,14 @@ class _Places:
         None where windows come and go that the chord's events do not account for.
         """
         tails = {w for w, _ in self.events[chord]}
-        head = self.events[chord][0][1]  # of all of them
+        head = self.events[chord][0][1]
+        walls = {w for w, v in self.events[chord] if (w, v) in self.walls}
+        if any(v != head for _, v in self.events[chord]) or (
+            walls and head in one and head in other
+        ):
+            # A chord between two vertices, with events behind both; or a window hangs on the end of
+            # a wall on both sides of its line, on different walls.
+            return None
         if set(other) - set(one) - {head} or (head in one and head not in other):
             back = self._crossed(tails, head, other, one)
             return None if back is None else (back[1], back[0])

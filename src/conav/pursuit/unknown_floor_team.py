@@ -165,9 +165,10 @@ def carried_over(old: ShadowMoves, new: ShadowMoves, team: tuple[Point, ...], di
 def _same(one: shapely.Geometry, other: shapely.Geometry) -> bool:
     """Whether two shadows are one, but for rounding: by area, middle and bounding box."""
     measures = [
-        np.array([shape.area, shape.centroid.x, shape.centroid.y, *shape.bounds])
+        np.array([shapely.area(shape), *middle, *shapely.bounds(shape).tolist()])
         for shape in (one, other)
-        if shape.area > 0.0
+        for middle in shapely.get_coordinates(shapely.centroid(shape)).tolist()
+        if shapely.area(shape) > 0.0
     ]
     if len(measures) < 2:
         return False

@@ -16,7 +16,11 @@ from conav.planning.foreign.cgshop import read_cgshop
 from conav.planning.foreign.db_cbs import read_db_cbs
 from conav.planning.foreign.movingai_scenario import read_movingai_scenario
 from conav.planning.load_scene import load_scene
+from conav.planning.plan import plan
+from conav.planning.recorder import PlanRecorder
 from conav.planning.types import PlanningProblem, PlanningRobot
+from conav.planning.verify import verify_plan
+from conav.runs.reader import read_plan
 
 DB_CBS = """
 environment:
@@ -195,6 +199,23 @@ def test_every_published_multi_robot_scene_reads_or_says_why(path: Path) -> None
     problem = load_scene(path)
     # The file says so itself: two robots have one goal.
     assert faults(problem) == ({"goals too near"} if path.stem == "infeasible_0" else set())
+
+
+@needs_data
+@pytest.mark.parametrize("path", published("mrmp/**/gen_p10_n4_0_unicycle_sphere.yaml"))
+@pytest.mark.parametrize("solver", ["inash", "prioritized", "anytime-prioritized"])
+def test_plans_of_a_tight_published_scene_are_verified(
+    path: Path, solver: str, tmp_path: Path
+) -> None:
+    problem = load_scene(path)
+    found = plan(problem, solver, seed=1, samples=1000)
+    with PlanRecorder(
+        tmp_path / "plan.mcap", problem, solver="by-hand", settings={}, seed=1
+    ) as record:
+        record.finish(found, compute_s=0.0)
+    report = verify_plan(read_plan(tmp_path / "plan.mcap"))
+    assert report.accepted, report.lines()
+    assert report.planned == 4
 
 
 @needs_data
