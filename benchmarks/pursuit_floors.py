@@ -15,7 +15,7 @@ import json
 import multiprocessing
 import os
 import resource
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -35,16 +35,20 @@ from conav.pursuit.verify import verify_schedule
 SUFFIXES = {"floorplans": (".json", ".geojson"), "agp": (".pol", ".environment")}
 
 
-def floors(data: Path, *, maps: bool) -> Iterator[str]:
-    """Files by their names in the data folder."""
+def floors(data: Path, *, maps: bool) -> list[str]:
+    """Files by their names in the data folder, floor plans before maps, small files first."""
+    plans: list[Path] = []
     for folder, suffixes in SUFFIXES.items():
-        for path in sorted((data / folder).rglob("*")):
-            if path.suffix in suffixes:
-                yield str(path.relative_to(data))
-    for path in sorted((data / "maps").rglob("*")) if maps else ():
+        plans += [path for path in (data / folder).rglob("*") if path.suffix in suffixes]
+    grids: list[Path] = []
+    for path in (data / "maps").rglob("*") if maps else ():
         bare = "images_only" in path.parts and path.suffix in (".png", ".pgm")
         if path.suffix == ".yaml" or bare:
-            yield str(path.relative_to(data))
+            grids.append(path)
+    found = [
+        sorted(paths, key=lambda path: (path.stat().st_size, path)) for paths in (plans, grids)
+    ]
+    return [str(path.relative_to(data)) for path in (*found[0], *found[1])]
 
 
 def work(data: Path, names: list[str], out: Path, limit: int, tolerance: float) -> None:
