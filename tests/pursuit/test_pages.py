@@ -15,6 +15,7 @@ PAGES = {
     ("known-map", "paper"): "pursuit-labels.md",
     ("splitting", "shadows"): "pursuit-splitting.md",
     ("splitting", "paper"): "pursuit-splitting.md",
+    ("unknown-map", "shadows"): "pursuit-unknown.md",
     ("delegation", "shadows"): "pursuit-delegation.md",
 }
 """Where settings are; those of guards are told in words."""
