@@ -56,6 +56,27 @@ def test_delegation_and_a_loss(conav: Callable[..., Any]) -> None:
     assert conav("verify", "d.mcap").code == 0
 
 
+def test_a_floor_nobody_knows(conav: Callable[..., Any], tmp_path: Path) -> None:
+    outcome = conav(
+        *("pursue", "rooms:3", "--unknown", "--edb", "1", "--json"),
+        *("--out", "u.mcap", "--png", "u.png", "--after", "6"),
+    )
+    assert outcome.code == 0, outcome.err
+    summary = json.loads(outcome.out)
+    assert summary["method"] == "unknown-map"
+    assert summary["known"] is False
+    assert summary["verdict"] == "captured"
+    assert summary["explored"] == pytest.approx(1.0)
+    assert summary["recontaminations"] > 0
+    assert summary["counters"]["pursuits"] > 0
+    with Image.open(tmp_path / "u.png") as picture:
+        assert picture.format == "PNG"
+    outcome = conav("verify", "u.mcap")
+    assert outcome.code == 0, outcome.out
+    outcome = conav("pursue", "rooms:3", "--unknown")
+    assert "100% explored, contaminated again after" in outcome.out
+
+
 def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
     outcome = conav("pursue", "ring", "--pursuers", "1")
     assert outcome.code == 1
@@ -79,6 +100,13 @@ def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
         (("ring", "--fault", "pursuer_1:dies:3"), "use delegation"),
         (("ring", "--fault", "robot_1:dies:3"), "not in the team"),
         (("ring", "--fault", "pursuer_1:stalls:3"), "all it can do is die"),
+        (("ring", "--unknown", "--edb", "0"), "1 or more, or unlimited"),
+        (("ring", "--unknown", "--edb", "all"), "setting 'edb'"),
+        (("ring", "--edb", "2"), "add --unknown"),
+        (("ring", "--unknown", "--method", "splitting"), "is for known floors"),
+        (("ring", "--unknown", "--start", "9,9"), "off the floor"),
+        (("ring", "--after", "2"), "add --png"),
+        (("ring", "--png", "a.png", "--after", "99"), "drives"),
         (("ring", "--out", "a.png"), "end it in .mcap"),
         (("ring", "--png", "no/a.png"), "make the folder first"),
         (("rings",), "ring"),

@@ -70,6 +70,7 @@ def test_gold_floors_are_captured(name: str, sizes: tuple[int, int], tmp_path: P
         result = make_method("delegation", settings={"order": order}).solve(problem)
         assert result.status == "done"
         assert len(result.pursuers) == size
+        assert result.minimal_proved == (size == 1)
         assert accepted(problem, result, tmp_path)
         assert bounded(result)
         assert result.counters["deliberations"] == 0 or result.counters["messages"] > 0
@@ -239,6 +240,15 @@ def test_the_verifier_knows_who_is_lost(tmp_path: Path) -> None:
         assert accepted(losing, result, tmp_path) == fine
 
 
+def test_shadows_without_a_place_are_cleared_too(tmp_path: Path) -> None:
+    floor = block_floor(np.random.default_rng(1554), 4, 0.05)
+    problem = problem_on(floor)
+    for method in (Delegation(budget=1), Splitting(budget=1)):
+        result = method.solve(problem)
+        assert result.status == "done"
+        assert accepted(problem, result, tmp_path)
+
+
 def test_it_can_be_stopped() -> None:
     result = Delegation().solve(problem_on(load_floor_plan("ring")), lambda size, count: False)
     assert (result.status, result.reason) == ("out_of_budget", "it was stopped")
@@ -257,7 +267,7 @@ def test_what_is_refused() -> None:
             problem_on(floor, faults=bad)
     with pytest.raises(InputError, match="limited range"):
         Delegation().solve(PursuitProblem(floor, (Pursuer("one", (1.0, 1.0), range_m=3.0),)))
-    for bad in ({"weight": -1}, {"budget": 0}, {"patience_s": -1}):
+    for bad in ({"weight": -1}, {"budget": 0}, {"patience_s": -1}, {"halvings": -1}):
         with pytest.raises(InputError, match="or more"):
             make_method("delegation", settings=bad)
 

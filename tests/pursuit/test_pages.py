@@ -17,6 +17,12 @@ PAGES = {
     ("splitting", "paper"): "pursuit-splitting.md",
     ("delegation", "shadows"): "pursuit-delegation.md",
 }
+"""Where settings are; those of guards are told in words."""
+
+
+def test_every_method_has_a_page() -> None:
+    have = {(name, labels) for name, kinds in METHODS.items() for labels in kinds}
+    assert have == {*PAGES, ("guards", "shadows")}
 
 
 @pytest.mark.parametrize("key", PAGES)

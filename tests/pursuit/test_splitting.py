@@ -22,7 +22,7 @@ from conav.pursuit.starts import default_start
 from conav.pursuit.types import Pursuer, PursuitProblem, PursuitResult
 from conav.pursuit.verify import verify_schedule
 
-from .floors import ROOMS, block_floor
+from .floors import NINE, ROOMS, block_floor
 
 
 def solved(floor: PolygonMap, method: object, most: int | None = None) -> PursuitResult:
@@ -89,6 +89,19 @@ def test_guards_who_come_and_go_carry_contamination(seed: int) -> None:
     assert guards.carried(before, before, chosen) == chosen
 
 
+def test_a_shadow_between_windows_has_no_place_and_is_seen_from_others() -> None:
+    """Three guards see all walls of this floor, and not a triangle in its middle."""
+    guards = guards_on(NINE)
+    team = [(-5.0, 0.0), (4.5, -4.3301), (3.5, 6.0622)]
+    assert guards.everything(team) == 1
+    assert guards.area(team, 1) == pytest.approx(1.732, abs=1e-3)
+    places = guards.places(team, 1)
+    assert places
+    for place in places:
+        after = [*team, guards.graph.points[place]]
+        assert guards.area(after, guards.carried(team, after, 1)) < 1.732
+
+
 def test_nobody_guards_the_whole_floor() -> None:
     floor = load_floor_plan("ring")
     guards = guards_on(floor)
@@ -119,6 +132,7 @@ def test_plans_capture(name: str, sizes: tuple[int, int]) -> None:
             result = solved(floor, make_method("splitting", settings={"cut": cut, "order": order}))
             assert result.status == "done"
             assert len(result.pursuers) == size
+            assert result.minimal_proved == (size == 1)
             assert verdict(floor, result) == "captured"
             times.append(float(result.schedule.times[-1]))
         assert times[1] <= times[0] + 1e-9
@@ -207,3 +221,14 @@ def test_methods_by_name() -> None:
         SplittingByVertexLabels(limit=0)
     with pytest.raises(ValueError, match="0 or more"):
         Splitting(weight=-1.0)
+    with pytest.raises(ValueError, match="0 or more"):
+        Splitting(halvings=-1)
+
+
+def test_halves_need_no_larger_teams() -> None:
+    floor = load_floor_plan("corridor-tree:seed=3,segments=20")
+    coarse, fine = solved(floor, Splitting()), solved(floor, Splitting(halvings=3))
+    assert verdict(floor, coarse) == verdict(floor, fine) == "captured"
+    assert len(coarse.pursuers) == len(fine.pursuers)
+    # They tell more, so less is looked at.
+    assert fine.counters["states"] < coarse.counters["states"]

@@ -276,6 +276,23 @@ def test_on_an_unknown_floor_nobody_drives_farther_than_somebody_saw(tmp_path: P
     assert verify_pursuit(write(tmp_path / "c.mcap", free, known=False)).accepted
 
 
+def test_on_an_unknown_floor_no_more_is_explored_than_was_seen(tmp_path: Path) -> None:
+    stuck = result_of(timed(LEFT_TO_RIGHT[:2]), status=Status.STUCK)
+    for name, explored, broken in (
+        ("a", None, ()),
+        ("b", 0.5, ()),
+        ("c", 0.9, ("knowledge",)),  # the middle and the right room were not seen
+        ("d", "all", ("knowledge",)),
+    ):
+        told = replace(stuck, explored=explored)
+        run = write(tmp_path / f"{name}.mcap", told, known=False)
+        assert verify_pursuit(run).broken() == broken
+        assert verify_pursuit(write(tmp_path / f"{name}_known.mcap", told)).accepted
+    done = replace(stuck, status=Status.DONE, explored=0.5)
+    report = verify_pursuit(write(tmp_path / "done.mcap", done, known=False))
+    assert report.broken() == ("knowledge", "capture")
+
+
 def test_tampered_certificates_do_not_hold(tmp_path: Path) -> None:
     corners: Way = [(1, 2), (4, 2), (4, 4), (2, 4), (2, 2)]
     run = write(tmp_path / "ring.mcap", result_of(timed([(2, 2)] * 5, corners)), RING)

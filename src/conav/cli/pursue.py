@@ -23,16 +23,19 @@ def pursue(
     pursuers: str = "auto",
     start: str | None = None,
     speed: float = 1.0,
+    unknown: Annotated[bool, Parameter(negative="")] = False,
+    edb: str | None = None,
     reach: float | None = None,
     fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
     resolution: float | None = None,
     out: Path | None = None,
     png: Path | None = None,
+    after: int | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     quiet: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Clear a known floor so that nobody hidden on it can slip away, however fast.
+    """Clear a floor so that nobody hidden on it can slip away, however fast.
 
     The verifier then decides, with code of its own, whether somebody could have.
 
@@ -52,6 +55,11 @@ def pursue(
         Where they start, as x,y [m]. Default: in the middle of a piece of the floor.
     speed
         Top speed of a pursuer [m/s].
+    unknown
+        The pursuers know nothing of the floor but what they have seen; the method is unknown-map.
+    edb
+        With --unknown: how many vertices are explored between two pursuits, or unlimited: explore
+        everything, then clear.
     reach
         How far each can drive in all [m]; delegation only. Default: no limit.
     fault
@@ -63,7 +71,9 @@ def pursue(
     out
         Write the run to this .mcap file (read by conav verify and by ROS 2 tools).
     png
-        Draw the floor and the pursuers' ways to this file.
+        Draw the floor, the pursuers' ways and what is contaminated to this file.
+    after
+        With --png: draw the state after so many drives. Default: the end.
     json
         Print one JSON object instead of the summary.
     quiet
@@ -79,6 +89,17 @@ def pursue(
             raise InputError(path, f"is no {suffix} file name", f"end it in {suffix}")
         if path is not None and not path.parent.is_dir():
             raise InputError(path, "lies in a folder that does not exist", "make the folder first")
+    settings = dict(parse_settings(set or []))
+    unknown = unknown or method == "unknown-map"
+    if unknown and method not in ("known-map", "unknown-map"):
+        raise InputError(f"method {method!r}", "is for known floors", "leave out --unknown")
+    if edb is not None and not unknown:
+        raise InputError(f"edb {edb!r}", "is for floors that are not known", "add --unknown")
+    if edb is not None:
+        settings["edb"] = edb
+    if after is not None and png is None:
+        raise InputError(f"after {after}", "is for pictures", "add --png")
+    method = "unknown-map" if unknown else method
 
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
@@ -91,7 +112,7 @@ def pursue(
     from conav.pursuit.verify import verify_schedule
     from conav.robots.fault import parse_fault
 
-    chosen = make_method(method, labels, dict(parse_settings(set or [])))
+    chosen = make_method(method, labels, settings)
     floor = load_floor_plan(floor_plan, FloorPlanReading(resolution=resolution))
     for warning in floor.warnings if not quiet else ():
         print(f"conav: warning: {warning}", file=sys.stderr)
@@ -100,7 +121,9 @@ def pursue(
     team = tuple(Pursuer(name, at, speed, reach_m=reach) for name in names[: size or 1])
     faults = tuple(parse_fault(text, names) for text in fault or [])
     try:
-        problem = PursuitProblem(floor, team, most=size, name=floor.name, faults=faults)
+        problem = PursuitProblem(
+            floor, team, known=not unknown, most=size, name=floor.name, faults=faults
+        )
     except ValueError as error:
         raise InputError("fault", f"is of {error}", "write pursuer_2:dies:30") from None
     if not quiet and not compiled_before():
@@ -134,7 +157,8 @@ def pursue(
 
             read = read_run(run)
             assert isinstance(read, PursuitRun)
-            save_pursuit_still(read, png, None if found is None else found.escape)
+            escape = None if found is None else found.escape
+            save_pursuit_still(read, png, escape, after=after)
     schedule = result.schedule
     summary: dict[str, Any] = {
         "job": "pursue",
@@ -151,6 +175,9 @@ def pursue(
         "moves": result.counters.get("moves", 0),
         "distance_m": round(schedule.distance_m, 6),
         "time_s": round(float(schedule.times[-1]), 6),
+        "known": not unknown,
+        "explored": result.explored,
+        "recontaminations": result.recontaminations,
         "counters": dict(result.counters),
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
@@ -201,6 +228,11 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             f"  {summary['moves']} moves, {summary['distance_m']:.1f} m driven in "
             f"{summary['time_s']:.1f} s, found in {summary['compute_s']:.1f} s"
         )
+        if summary["explored"] is not None:
+            print(
+                f"  {100 * summary['explored']:.4g}% explored, contaminated again after "
+                f"{summary['recontaminations']} drives"
+            )
         counters = summary["counters"]
         if "messages" in counters:
             print(

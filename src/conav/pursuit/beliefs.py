@@ -29,22 +29,29 @@ def hidden_now(
     shadows: ShadowMoves, team: tuple[Point, ...], dirty: int
 ) -> tuple[HiddenRegion, ...]:
     """The shadows of a team as polygons, and whether each is clear; `dirty` as in `after`."""
-    cells = view_cells(shadows.floor, [shadows.view(point) for point in sorted(set(team))])
-    labels = shadows_of(cells)
     regions: list[HiddenRegion] = []
-    for number in range(int(labels.max()) + 1):
-        clear = not dirty >> number & 1
-        parts = [
-            shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
-            for cell in np.flatnonzero(labels == number).tolist()
-        ]
-        whole = shapely.union_all(parts)
+    for number, whole in enumerate(shadow_polygons(shadows, team)):
         for part in shapely.get_parts(whole):
             if isinstance(part, shapely.Polygon) and part.area > 0.0:
                 outer = shapely.get_coordinates(part.exterior)[:-1]
                 holes = tuple(shapely.get_coordinates(hole)[:-1] for hole in part.interiors)
-                regions.append(HiddenRegion(outer, holes, clear))
+                regions.append(HiddenRegion(outer, holes, clear=not dirty >> number & 1))
     return tuple(regions)
+
+
+def shadow_polygons(shadows: ShadowMoves, team: tuple[Point, ...]) -> list[shapely.Geometry]:
+    """The shadows of a team by number, what is known of them; rounded."""
+    cells = view_cells(shadows.floor, [shadows.view(point) for point in sorted(set(team))])
+    labels = shadows_of(cells)
+    return [
+        shapely.union_all(
+            [
+                shapely.make_valid(shapely.Polygon(cell_border(shadows.floor, cells, cell)))
+                for cell in np.flatnonzero(labels == number).tolist()
+            ]
+        )
+        for number in range(int(labels.max()) + 1)
+    ]
 
 
 def _points(schedule: Schedule, moment: int) -> tuple[Point, ...]:

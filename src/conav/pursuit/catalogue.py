@@ -21,6 +21,7 @@ METHODS: dict[str, dict[str, str]] = {
         "shadows": "conav.pursuit.splitting:Splitting",
         "paper": "conav.pursuit.splitting:SplittingByVertexLabels",
     },
+    "unknown-map": {"shadows": "conav.pursuit.clear_unknown_map:ClearUnknownMap"},
     "guards": {"shadows": "conav.pursuit.clear_by_guards:ClearByGuards"},
     "delegation": {"shadows": "conav.pursuit.delegation:Delegation"},
 }
@@ -67,7 +68,7 @@ def make_method(
         return cast("Method", TypeAdapter(cls).validate_python(settings))
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
+        key = str(first["loc"][0]) if first["loc"] else ""  # then the types tried, for some
         raise InputError(
             f"setting {key!r}" if key else "settings",
             f"got {first['input']!r}: {first['msg'].removeprefix('Value error, ')}",

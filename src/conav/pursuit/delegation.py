@@ -36,6 +36,8 @@ class Delegation:
     """Metres that the square root of a contaminated square metre counts for."""
     budget: int = 500
     """States expanded for each part; who would need more is stuck."""
+    halvings: int = 0
+    """How often a drive is halved at most where halves tell more of what was seen in passing."""
     patience_s: float | None = None
     """Seconds until help must have come; without it, as long as the longest shortest way takes."""
 
@@ -44,6 +46,8 @@ class Delegation:
             raise ValueError(f"weight is {self.weight:g}; give 0 or more")
         if self.budget < 1:
             raise ValueError(f"budget is {self.budget}; give 1 or more")
+        if self.halvings < 0:
+            raise ValueError(f"halvings is {self.halvings}; give 0 or more")
         if self.patience_s is not None and not self.patience_s >= 0.0:
             raise ValueError(f"patience_s is {self.patience_s:g}; give 0 or more")
 
@@ -79,7 +83,7 @@ class Delegation:
             team.rounds.schedule(),
             tuple(team.rounds.pursuers),
             lower_bound=1,
-            minimal_proved=False,
+            minimal_proved=len(team.rounds.pursuers) == 1,
             counters=counters,
             beliefs=team.beliefs,
             history=tuple(team.history),
@@ -89,7 +93,7 @@ class Delegation:
         mesh = known_floor(problem, reach=True, faults=True)
         starts = [(float(x), float(y)) for x, y in (one.start for one in problem.pursuers)]
         graph = known_navigation_graph(problem.floor, mesh, starts)
-        shadows = ShadowMoves(mesh)
+        shadows = ShadowMoves(mesh, self.halvings)
         guards, labels = StandingGuards(shadows, graph), ShadowLabels(shadows)
         rounds = Rounds.of(problem.pursuers)
 

@@ -12,10 +12,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from conav.pursuit.roadmap import Roadmap
 from conav.pursuit.shadow_moves import ShadowMoves
 
 Team = tuple[int, ...]  # places by number, growing: pursuers are alike
+
+
+Goal = Callable[[Team, int], bool]
 
 
 class Move(NamedTuple):
@@ -43,6 +48,8 @@ class KnownMapSearch:
 
     def __post_init__(self) -> None:
         self._numbers = [self.shadows.number(point) for point in self.roadmap.points]
+        # What is smaller [m^2] is due to rounding.
+        self._least_area = 1e-9 * float(np.prod(np.ptp(self.shadows.floor.vertices, axis=0)))
 
     def clear(
         self,
@@ -50,9 +57,14 @@ class KnownMapSearch:
         *,
         weight: float,
         budget: int,
+        dirty: int | None = None,
+        goal: Goal | None = None,
         on_progress: Callable[[int], bool] | None = None,
     ) -> Clearing:
         """A plan for pursuers that start at these places.
+
+        In the beginning somebody may be in all shadows, or in those of `dirty`, by bits. The plan
+        ends where `goal` says so of the places and the shadows; by default where `is_clear` does.
 
         States are taken by metres driven plus `weight` times the square root of the contaminated
         area [m]: 0 finds the shortest of all plans on the roadmap, more finds some plan sooner.
@@ -61,6 +73,8 @@ class KnownMapSearch:
         """
         begin = tuple(sorted(team))
         full = (1 << self.shadows.numbered_shadows(self._viewpoints(begin)).count) - 1
+        full = full if dirty is None else dirty
+        reaches = self.is_clear if goal is None else goal
         waiting: list[tuple[float, int, float, Team, int]] = []
         parents: list[tuple[int, Move | None]] = [(-1, None)]
         reached: dict[Team, list[tuple[int, float]]] = {}
@@ -68,7 +82,7 @@ class KnownMapSearch:
         expanded, last = 0, self.shadows.windows + budget
         while waiting:
             _, number, cost, places, dirty = heapq.heappop(waiting)
-            if dirty == 0:
+            if reaches(places, dirty):
                 return Clearing(_moves(parents, number), False, expanded)
             known = reached.setdefault(places, [])
             if any(bits & dirty == bits and paid <= cost for bits, paid in known):
@@ -92,6 +106,16 @@ class KnownMapSearch:
                     rank = self._rank(paid, after, bits, weight)
                     heapq.heappush(waiting, (rank, len(parents) - 1, paid, after, bits))
         return Clearing(None, True, expanded)
+
+    def is_clear(self, places: Team, dirty: int) -> bool:
+        """Whether nobody is hidden on the known part of the floor: what may be is beyond it."""
+        if dirty == 0:
+            return True
+        shadows = self.shadows.numbered_shadows(self._viewpoints(places))
+        if dirty & ~(shadows.exposed | shadows.beyond):
+            return False
+        exposed = [area for i, area in enumerate(shadows.areas) if shadows.exposed >> i & 1]
+        return sum(exposed) <= self._least_area
 
     def _after(self, places: Team, start: int, end: int, dirty: int) -> tuple[Team, int]:
         rest = list(places)

@@ -2,8 +2,10 @@
 
 [Pellier2005], section 3.1. Critical vertices are the reflex vertices of the floor, and pursuers
 drive from one to another that it sees. The graph of a known floor is complete at once. On an
-unknown floor it grows: a node counts as visited when somebody was there, and only then does it have
-all its edges. Functions take either.
+unknown floor it grows: a node counts as visited when somebody was there. The paper joins a node to
+those seen from it when somebody stands there; here two are joined as soon as it is certain that
+they see each other, that is when the segment between them lies in the known region, and so are two
+that nobody visited. Functions take either.
 """
 
 from collections.abc import Sequence
@@ -17,8 +19,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from conav.geometry.triangulation import Triangulation
 from conav.maps.polygon_map import PolygonMap
-from conav.pursuit.roadmap import make_roadmap
+from conav.pursuit.roadmap import join_places, make_roadmap
 from conav.pursuit.shadow_moves import Point
+from conav.pursuit.survey import Survey
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -83,6 +86,16 @@ def known_navigation_graph(
     critical = np.array([point in reflex for point in roadmap.points])
     visited = np.array([point in set(starts) for point in roadmap.points])
     return NavigationGraph(roadmap.points, critical, visited, roadmap.lengths)
+
+
+def surveyed_navigation_graph(survey: Survey, places: Sequence[Point]) -> NavigationGraph:
+    """The navigation graph of what is known of a floor: these places, then critical vertices."""
+    roadmap = join_places(survey.mesh, list(dict.fromkeys((*places, *survey.critical))))
+    flags = [
+        np.array([point in known for point in roadmap.points], dtype=np.bool_)
+        for known in (set(survey.critical), set(survey.visited))
+    ]
+    return NavigationGraph(roadmap.points, flags[0], flags[1], roadmap.lengths)
 
 
 def parts_without(

@@ -71,6 +71,8 @@ def record_pursuit(
                 "distance_m": schedule.distance_m,
                 "lower_bound": result.lower_bound,
                 "minimal_proved": result.minimal_proved,
+                "explored": result.explored,
+                "recontaminations": result.recontaminations,
                 "counters": {key: int(value) for key, value in result.counters.items()},
                 "history": [dict(entry) for entry in result.history],
             },

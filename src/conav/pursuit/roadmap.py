@@ -36,6 +36,11 @@ def make_roadmap(
     if middles or not vertices:
         centres = mesh.vertices[mesh.triangles].mean(axis=1)
         points += [tuple(row) for row in centres.tolist()]
+    return join_places(mesh, points)
+
+
+def join_places(mesh: Triangulation, points: Sequence[Point]) -> Roadmap:
+    """The roadmap of these places, all different, on a floor."""
     n = len(points)
     index = {point: number for number, point in enumerate(points)}
     at = np.array(points)

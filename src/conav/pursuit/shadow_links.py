@@ -26,13 +26,15 @@ _SURELY = 1e-9  # of the floor's size: points closer than that to a line may lie
 
 @kernel
 def link_shadows(
-    points: Floats, wall_ends: Ints, holes: Ints, cells: ViewCells, viewpoints: Ints
-) -> tuple[Ints, Ints, Floats, Floats]:
-    """The component of each old shadow, of each new one, and the areas [m^2] of both.
+    points: Floats, wall_ends: Ints, holes: Ints, frontiers: NDArray[np.bool_], cells: ViewCells,
+    viewpoints: Ints,
+) -> tuple[Ints, Ints, Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
+    """The component of each old shadow, of each new one, the areas [m^2] of both, and of each
+    component whether it has a piece of a frontier on its border.
 
     Of a `ViewTable` the points and the numbers of those who stand, then of where the drive begins
-    and ends; the cells of these views; and a vertex of each hole. Shadows are numbered as by
-    `conav.geometry.view_cells.shadows`.
+    and ends; the cells of these views; a vertex of each hole; and which walls are frontiers.
+    Shadows are numbered as by `conav.geometry.view_cells.shadows`.
     """
     areas, seen_by, left, right = cells.areas, cells.seen_by, cells.left, cells.right
     n = viewpoints.shape[0] - 2
@@ -81,7 +83,38 @@ def link_shadows(
         if new[cell] >= 0:
             of_new[new[cell]] = free[cell]
             new_areas[new[cell]] += areas[cell]
-    return of_old, of_new, old_areas, new_areas
+    reaches = np.zeros(free.max() + 1, np.bool_)
+    if frontiers.any():
+        at = cells_at(cells, wall_ends, frontiers)
+        for cell in range(areas.shape[0]):
+            if at[cell] and free[cell] >= 0:
+                reaches[free[cell]] = True
+    return of_old, of_new, old_areas, new_areas, reaches
+
+
+@kernel
+def cells_at(cells: ViewCells, wall_ends: Ints, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which cells have a piece of a chosen wall on their border."""
+    following, nodes, places = cells.following, cells.nodes, cells.node_places
+    out = np.zeros(cells.areas.shape[0], np.bool_)
+    if cells.cells.shape[0] == 0:
+        out[0] = chosen.any()
+    for h in range(2 * cells.left.shape[0], cells.cells.shape[0]):
+        node, after = nodes[h], nodes[following[h]]
+        wall = places[node] // 2
+        end = places[after]
+        if places[node] % 2 == 0:
+            here = end == places[node] + 1
+        else:
+            here = end == places[node] and node < after
+        out[cells.cells[h]] |= chosen[wall]
+        while not here:
+            wall = wall_ends[wall]
+            if end == 2 * wall:
+                break
+            out[cells.cells[h]] |= chosen[wall]
+            here = end == 2 * wall + 1
+    return out
 
 
 @kernel

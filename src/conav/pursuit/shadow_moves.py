@@ -3,6 +3,10 @@
 A shadow is a component of what no pursuer sees. The rule for a whole drive, `shadow_links`, leaves
 out what is seen in passing, so it may keep too much contaminated, never too little; halving the
 drive makes it sharper.
+
+Some walls may be frontiers: sides of what is known of a floor, with floor beyond that nobody has
+seen. All beyond is one region that nobody sees, the last shadow by number. Shadows that reach a
+frontier hang together with it. They and it are contaminated always.
 """
 
 from collections.abc import Sequence
@@ -17,7 +21,7 @@ from conav.geometry.view_cells import ViewCells, cells_of_table
 from conav.geometry.view_cells import shadows as shadows_of
 from conav.geometry.view_chords import ViewTable
 from conav.geometry.visibility import VisibilityPolygon, visibility_polygon
-from conav.pursuit.shadow_links import link_shadows
+from conav.pursuit.shadow_links import cells_at, link_shadows
 
 Point = tuple[float, float]
 Floats = NDArray[np.float64]
@@ -48,11 +52,13 @@ class Shadows:
     """The shadows of a team that stands, in the order of `conav.geometry.view_cells.shadows`."""
 
     areas: Floats  # (n,) [m^2]
+    exposed: int = 0  # as bits, those that reach a frontier
+    beyond: int = 0  # as a bit, the one beyond frontiers; 0 where there are none
 
     @property
     def count(self) -> int:
-        """How many there are."""
-        return len(self.areas)
+        """How many there are, with the one beyond frontiers."""
+        return len(self.areas) + (self.beyond > 0)
 
 
 Team = tuple[int, ...]
@@ -68,6 +74,7 @@ class ShadowMoves:
 
     floor: Triangulation
     halvings: int = 3  # how often a move is halved at most where halves may tell more
+    frontiers: NDArray[np.bool_] | None = None  # (walls,) which are; None: none
     arrangements: int = 0  # of views laid over each other so far
     windows: int = 0  # in all of them together
 
@@ -79,6 +86,7 @@ class ShadowMoves:
         self._standing: dict[Team, Shadows] = {}
         self._links: dict[tuple[Team, int, int], Links] = {}
         self._table = ViewTable(self.floor)
+        self._frontiers = np.zeros(0, np.bool_) if self.frontiers is None else self.frontiers
         self._holes = np.flatnonzero(np.diff(self.floor.rings)) + 1  # a vertex of each
 
     def number(self, point: Point) -> int:
@@ -110,6 +118,11 @@ class ShadowMoves:
         """The new shadows, as bits, that may hold somebody after a move, given the old ones."""
         return self.numbered_after(self.team(others), self.number(a), self.number(b), contaminated)
 
+    def joined_by(self, team: Sequence[Point], newcomer: Point, contaminated: int) -> int:
+        """As `after`, when one more pursuer begins to look and nobody moves."""
+        numbers = self.team(team)
+        return self.links(numbers, numbers[0], self.number(newcomer)).apply(contaminated)[0]
+
     def team(self, points: Sequence[Point]) -> Team:
         """The numbers of these viewpoints."""
         return tuple(sorted({self.number(point) for point in points}))
@@ -121,7 +134,7 @@ class ShadowMoves:
             labels = shadows_of(cells)
             areas = np.zeros(int(labels.max()) + 1)
             np.add.at(areas, labels[labels >= 0], cells.areas[labels >= 0])
-            self._standing[team] = Shadows(areas)
+            self._standing[team] = self._shadows(cells, labels, areas)
         return self._standing[team]
 
     def numbered_after(
@@ -146,22 +159,42 @@ class ShadowMoves:
         """
         if (others, a, b) not in self._links:
             who = np.array((*others, a, b), np.int64)
-            old, new, old_areas, new_areas = link_shadows(
-                self._table.points, self.floor.wall_ends, self._holes,
+            old, new, old_areas, new_areas, reaches = link_shadows(
+                self._table.points, self.floor.wall_ends, self._holes, self._frontiers,
                 self._cells(who), who,
             )  # fmt: skip
-            self._standing.setdefault(tuple(sorted({*others, a})), Shadows(old_areas))
-            self._standing.setdefault(tuple(sorted({*others, b})), Shadows(new_areas))
+            ends = (tuple(sorted({*others, a})), tuple(sorted({*others, b})))
+            if self.frontiers is None:
+                self._standing.setdefault(ends[0], Shadows(old_areas))
+                self._standing.setdefault(ends[1], Shadows(new_areas))
             count = 1 + max(int(old.max(initial=-1)), int(new.max(initial=-1)))
             olds, news = [0] * count, [0] * count
             for bits, components in ((olds, old.tolist()), (news, new.tolist())):
                 for shadow, component in enumerate(components):
                     bits[component] |= 1 << shadow
             joined = [pair for pair in zip(olds, news, strict=True) if pair != (0, 0)]
+            if self.frontiers is not None:
+                # What reaches a frontier hangs together with what is beyond it.
+                before, after = (self.numbered_shadows(team) for team in ends)
+                open_old, open_new = before.beyond, after.beyond
+                joined = []
+                for component, pair in enumerate(zip(olds, news, strict=True)):
+                    if component < len(reaches) and reaches[component]:
+                        open_old, open_new = open_old | pair[0], open_new | pair[1]
+                    elif pair != (0, 0):
+                        joined.append(pair)
+                joined.append((open_old, open_new))
             there = Links(tuple(pair[0] for pair in joined), tuple(pair[1] for pair in joined))
             self._links[others, a, b] = there
             self._links[others, b, a] = Links(there.new, there.old)
         return self._links[others, a, b]
+
+    def _shadows(self, cells: ViewCells, labels: NDArray[np.int64], areas: Floats) -> Shadows:
+        if self.frontiers is None:
+            return Shadows(areas)
+        at = cells_at(cells, self.floor.wall_ends, self._frontiers)
+        exposed = sum(1 << number for number in np.unique(labels[at & (labels >= 0)]).tolist())
+        return Shadows(areas, exposed, 1 << len(areas))
 
     def _cells(self, viewpoints: NDArray[np.int64]) -> ViewCells:
         starts = self._table.starts

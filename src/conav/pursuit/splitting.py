@@ -41,12 +41,16 @@ class Splitting:
     """Metres that the square root of a contaminated square metre counts for."""
     budget: int = 500
     """States expanded for each part; one with more is split."""
+    halvings: int = 0
+    """How often a drive is halved at most where halves tell more of what was seen in passing."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
             raise ValueError(f"weight is {self.weight:g}; give 0 or more")
         if self.budget < 1:
             raise ValueError(f"budget is {self.budget}; give 1 or more")
+        if self.halvings < 0:
+            raise ValueError(f"halvings is {self.halvings}; give 0 or more")
 
     def solve(
         self, problem: PursuitProblem, on_progress: OnProgress | None = None
@@ -57,7 +61,7 @@ class Splitting:
         reach, a start off the floor.
         """
         graph, mesh = _graph(problem)
-        shadows = ShadowMoves(mesh)
+        shadows = ShadowMoves(mesh, self.halvings)
         parts = ShadowParts(
             StandingGuards(shadows, graph),
             ShadowLabels(shadows),
@@ -71,7 +75,7 @@ class Splitting:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.expanded})
         counters = {"states": parts.expanded, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters)
+        return _carried_out(problem, graph, plan, self.order, counters, sound=True)
 
 
 @dataclass(frozen=True)
@@ -123,7 +127,7 @@ class SplittingByVertexLabels:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.states})
         counters = {"states": parts.states, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters)
+        return _carried_out(problem, graph, plan, self.order, counters, sound=False)
 
 
 def _graph(problem: PursuitProblem) -> tuple[NavigationGraph, Triangulation]:
@@ -144,6 +148,8 @@ def _carried_out(
     plan: Plan,
     order: Order,
     counters: dict[str, int],
+    *,
+    sound: bool,
 ) -> PursuitResult:
     needed = in_sequence(plan) if order == "sequence" else in_parallel(plan)
     size = max(needed, len(problem.pursuers))
@@ -168,6 +174,6 @@ def _carried_out(
         rounds.schedule(),
         pursuers,
         lower_bound=1,
-        minimal_proved=False,
+        minimal_proved=sound and size == 1,
         counters=counters,
     )

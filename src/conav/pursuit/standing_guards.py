@@ -47,8 +47,8 @@ class StandingGuards:
     def places(self, guards: Sequence[Point], chosen: int) -> list[int]:
         """The places in or on the border of chosen shadows, growing.
 
-        Where nobody stands that is every place. Critical vertices in a shadow hang together by
-        edges within it: shortest ways in it turn at no other places.
+        Where nobody stands that is every place; where there is none, those that see in. Critical
+        vertices in a shadow hang together by edges within it, as shortest ways turn there.
         """
         team = _team(guards)
         if not team:
@@ -58,7 +58,20 @@ class StandingGuards:
         found = frozenset[int]().union(
             *(places for i, places in enumerate(self._places[team]) if chosen >> i & 1)
         )
-        return sorted(found)
+        return sorted(found) if found or not chosen else self._lookouts(team, chosen)
+
+    def _lookouts(self, team: Guards, chosen: int) -> list[int]:
+        """The places that see some of shadows that have no place: windows of several bound them.
+
+        Such shadows are convex, and the corner at which one of these windows begins sees in.
+        """
+        whole = self.area(team, chosen)
+        seeing: list[int] = []
+        for place, point in enumerate(self.graph.points):
+            after = (*team, point)
+            if self.area(after, self.carried(team, after, chosen)) < whole * (1.0 - 1e-9):
+                seeing.append(place)
+        return seeing
 
     def carried(self, before: Sequence[Point], after: Sequence[Point], chosen: int) -> int:
         """The shadows somebody in chosen ones may be in when others stand guard, as bits.

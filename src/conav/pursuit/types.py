@@ -122,6 +122,10 @@ class PursuitResult:
     lower_bound: int  # certified: fewer than so many cannot clear the floor
     minimal_proved: bool  # whether the team's size equals that bound
     counters: Mapping[str, int] = field(default_factory=dict)
+    explored: float | None = None
+    """The share of the floor's area that was seen, on a floor not known before."""
+    recontaminations: int | None = None
+    """After how many drives something known and clear was contaminated again, where counted."""
     beliefs: Mapping[int, tuple[HiddenRegion, ...]] = field(
         default_factory=dict[int, tuple[HiddenRegion, ...]]
     )

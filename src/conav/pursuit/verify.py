@@ -9,7 +9,7 @@ from typing import Any
 
 from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.types import Schedule
-from conav.pursuit.verify_beliefs import check_beliefs
+from conav.pursuit.verify_beliefs import check_beliefs, check_explored
 from conav.pursuit.verify_certificate import certificate
 from conav.pursuit.verify_decide import Verdict, decide
 from conav.pursuit.verify_escape import escape_path
@@ -148,6 +148,8 @@ def verify_pursuit(run: PursuitRun) -> PursuitReport:
         if done and last is not None:
             text = "the run says that nobody is hidden, and the team that somebody may be"
             check.look(all(one.clear for one in last), text)
+    if run.result is not None and not problem.known and found.pieces:
+        check_explored(run.result, found.pieces, stepper, checks["knowledge"])
     if run.result is not None:
         check_result(run.result, problem, schedule, checks["result"])
     return _report(run, tuple(checks.values()), found, open_beliefs)

@@ -1,6 +1,7 @@
 """What a team believed to be clear, against what the verifier finds, after each leg."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import shapely
@@ -19,6 +20,8 @@ Flags = NDArray[np.bool_]
 
 PART = 0.01  # of a contaminated region that a belief may leave out: outlines are drawn by eye
 LEAST_M = 0.001  # [m] and a square of this size
+UNSEEN = 0.001  # of the floor that may seem unseen for rounding
+NEAR = 2  # [grid steps] what is nearer to a contaminated region counts as covered: all was rounded
 
 
 def check_beliefs(
@@ -63,6 +66,24 @@ def check_beliefs(
     return open_ones
 
 
+def check_explored(
+    result: dict[str, Any], pieces: Sequence[Piece], stepper: Stepper, check: Check
+) -> None:
+    """On a floor not known before, what is said to be explored was seen; all of it when done.
+
+    What somebody sees at an end of a motion counts, or of half a motion where it was halved.
+    """
+    whole = shapely.Polygon(stepper.lattice.rings[0], stepper.lattice.rings[1:])
+    seen = shapely.union_all([one for piece in pieces for one in _seen(piece.step(stepper))])
+    share = float(shapely.area(seen)) / float(shapely.area(whole))
+    said = result.get("explored")
+    near = said is None or (isinstance(said, int | float) and 0.0 <= said <= share + UNSEEN)
+    check.look(near, f"explored is {said!r}, and {share:.4g} of the floor was seen")
+    if result.get("status") == "done":
+        text = f"the run says that nobody is hidden, and {share:.4g} of the floor was seen"
+        check.look(share >= 1.0 - UNSEEN, text)
+
+
 def _settled_view(schedule: Schedule, leg: int) -> bool:
     """Whether who sees at the end of a leg is plain: it lasts, or nothing changes after it."""
     if schedule.times[leg + 1] > schedule.times[leg]:
@@ -85,6 +106,7 @@ def _left_out(
 ) -> Flags:
     """Which shadows after a motion a belief does not call contaminated, or not all of it."""
     contaminated = shapely.union_all([_polygon(one, stepper) for one in regions if not one.clear])
+    contaminated = shapely.buffer(contaminated, NEAR * PARTS, quad_segs=2)
     least = (LEAST_M / stepper.lattice.grid_m * PARTS) ** 2
     flags = np.zeros(step.regions.n_new, dtype=np.bool_)
     for number in range(step.regions.n_new):

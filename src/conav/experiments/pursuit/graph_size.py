@@ -72,17 +72,17 @@ def graph_sizes(
 
 def _by_shadows(name: str, limit: int) -> GraphSize:
     floor = _Floor(name)
-    shadows = ShadowMoves(floor.mesh)
+    shadows = ShadowMoves(floor.mesh, 0)
     guards = StandingGuards(shadows, floor.graph)
     parts = ShadowParts(guards, ShadowLabels(shadows), "geometry", 3.0, 500, lambda _: True)
     plan = split(floor.graph, parts, parts.whole(), 0)
     begun = perf_counter()
-    fresh = ShadowLabels(ShadowMoves(floor.mesh))
+    fresh = ShadowLabels(ShadowMoves(floor.mesh, 0))
     whole = make_pursuit_graph(floor.graph, fresh, [0], limit=limit)
     whole_s = perf_counter() - begun
     sizes: list[int] = []
     begun = perf_counter()
-    fresh = ShadowLabels(ShadowMoves(floor.mesh))
+    fresh = ShadowLabels(ShadowMoves(floor.mesh, 0))
     for part, entry in _leaves(parts, plan, parts.whole(), 0):
         assert isinstance(part, ShadowPart)
         made = make_pursuit_graph(
