@@ -88,7 +88,7 @@ def test_too_few_pursuers_are_told(name: str) -> None:
 
 
 def test_what_no_search_finds_is_not_called_impossible() -> None:
-    result = cleared(load_floor_plan("triples:3"), most=2)
+    result = cleared(load_floor_plan("triples:3"), most=2, method=ClearKnownMap(budget=2000))
     assert result.status == "out_of_budget"
     assert "2 pursuers" in result.reason
     assert result.lower_bound == 2
