@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from conav.planning.arranged import Arranged
 from conav.planning.best_response import LEAST_GAIN, best_response, make_roads
 from conav.planning.first_response import first_response
-from conav.planning.pareto_response import pareto_response
+from conav.planning.pareto_response import _can_better, pareto_response
 from conav.planning.traffic import Traffic, build_traffic, hits
 from conav.planning.types import PIECE, PlanningProblem
 from conav.tasks.automaton import INITIAL, Automaton
@@ -238,3 +238,11 @@ def test_an_edge_that_is_the_best_for_two_states(scenes) -> None:
 def test_scalar_and_vector_responses(scenes, seed: int) -> None:
     check_scalar(scenes, seed)
     check_vector(scenes, seed, 2)
+
+
+def test_rounding_of_one_cost_hides_no_gain_in_another() -> None:
+    none_left = np.zeros(2)
+    present = np.array([5.0, 20.0])
+    assert _can_better(np.array([5.0 + 1e-10, 5.0]), none_left, present)
+    assert not _can_better(np.array([5.0 + 1e-6, 5.0]), none_left, present)
+    assert not _can_better(np.array([5.0, 20.0 - 1e-10]), none_left, present)

@@ -70,7 +70,8 @@ def _can_better(
     better = False
     for i in range(len(cost)):
         total = cost[i] + rest[i]
-        if not total <= present[i] or total == np.inf:
+        # Equal lengths by other vertices differ by rounding, which must not hide a gain elsewhere.
+        if not total <= present[i] + LEAST_GAIN or total == np.inf:
             return False
         better |= total < present[i] - LEAST_GAIN
     return better
