@@ -11,12 +11,16 @@ from conav.experiments.pursuit.world import (
     GRAPHS,
     INTERLEAVING,
     MESSAGES,
+    NINE,
+    NINE_CORNERS,
+    NINE_STARTS,
     ORDERS,
     PAPER_LIMIT,
     PAPER_MOST,
     Case,
 )
 from conav.maps.load_floor_plan import load_floor_plan
+from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.catalogue import Method
 from conav.pursuit.clear_by_guards import ClearByGuards
 from conav.pursuit.clear_by_vertex_labels import ClearByVertexLabels
@@ -72,8 +76,9 @@ def _team(name: str, which: str) -> dict[str, Any]:
         "paper labels": ClearByVertexLabels(limit=PAPER_LIMIT),
         "paper labels, split": SplittingByVertexLabels(limit=PAPER_LIMIT),
     }
-    floor = load_floor_plan(name)
-    team = (Pursuer("pursuer_1", default_start(floor)),)
+    floor = PolygonMap(NINE_CORNERS) if name == NINE else load_floor_plan(name)
+    starts = NINE_STARTS if name == NINE else [default_start(floor)]
+    team = tuple(Pursuer(f"pursuer_{i}", start) for i, start in enumerate(starts, 1))
     most = PAPER_MOST if which == "paper labels" else None
     result = methods[which].solve(PursuitProblem(floor, team, most=most, name=name))
     verdict = ""

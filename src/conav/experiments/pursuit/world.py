@@ -8,8 +8,8 @@ from conav import __version__
 from conav.experiments.compare.source import source_hash
 from conav.experiments.pursuit.interleaving import BOUNDS
 
-INTERLEAVING, GRAPHS, ORDERS, MESSAGES, TEAMS = (
-    "interleaving", "graphs", "orders", "messages", "teams",
+INTERLEAVING, GRAPHS, ORDERS, MESSAGES, TEAMS, WALLS = (
+    "interleaving", "graphs", "orders", "messages", "teams", "walls",
 )  # fmt: skip
 
 FAMILIES: dict[str, tuple[str, ...]] = {
@@ -21,6 +21,14 @@ FAMILIES: dict[str, tuple[str, ...]] = {
 }
 """Made floors, each family in order of size."""
 SIZES = max(len(floors) for floors in FAMILIES.values())
+
+NINE = "nine-corners"
+NINE_CORNERS = (
+    (2.9804, 6.3622), (-0.6928, 0.0), (-5.0, 0.0), (-5.0, -0.6), (2.3464, -0.6),
+    (4.5, -4.3301), (5.0196, -4.0301), (1.3464, 2.3321), (3.5, 6.0622),
+)  # fmt: skip
+"""Three crossing corridors [m]. From their ends all walls are seen, and not a triangle between."""
+NINE_STARTS = ((-5.0, 0.0), (4.5, -4.3301), (3.5, 6.0622))
 
 TEAM_SIZES = (3, 6, 12, 24)
 LABELS = ("shadows", "paper")
@@ -62,6 +70,7 @@ def all_cases(runs: int, seed: int, sizes: int) -> list[Case]:
         *_cases(ORDERS, [*parted, *large], [""]),
         *_cases(MESSAGES, [*parted, *large], [str(size) for size in TEAM_SIZES]),
         *_cases(TEAMS, [*every, "ring", *large], METHODS),
+        Case(WALLS, NINE, "paper labels"),
     ]
 
 
@@ -86,6 +95,6 @@ def code_of_cases() -> str:
 
 def case_key(case: Case, code: str) -> str:
     """All that a case's outcome follows from, as JSON."""
-    limits = [PAPER_LIMIT, PAPER_MOST] if case.study == TEAMS else []
+    limits = [PAPER_LIMIT, PAPER_MOST] if case.study in (TEAMS, WALLS) else []
     known = {"conav": __version__, "code": code, "limits": limits}
     return json.dumps({**known, **case._asdict()}, sort_keys=True)
