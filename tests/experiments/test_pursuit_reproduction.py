@@ -163,7 +163,7 @@ def test_orders_and_losses_are_judged() -> None:
     section = orders(made_up(ORDERS, *rows))
     assert verdict(section, "parts at once are cleared in less time than") == HELD
     assert verdict(section, "less driving") == NOT_HELD
-    assert verdict(section, "fewer pursuers") == NOT_HELD
+    assert verdict(section, "more pursuers") == HELD
     assert verdict(section, "with a pursuer lost, parts") == HELD
     assert verdict(section, "a team that loses") == HELD
     rows[1][2]["captured"] = False

@@ -65,8 +65,7 @@ def page(
         "The paper gives no floors and no figures of a run: its claims are in its text. Made "
         f"floors are ours, {sizes} of each family, with {runs} random corridor trees of 12 "
         "segments where floors are unknown and of 20 where they are known. Intervals are over "
-        "random floors alone, which are independent. All that was called clear the verifier "
-        "looked over.",
+        "random floors alone, which are independent. The verifier looked every plan over.",
         "",
     ]
     shown = [(file, what) for file, what in CAPTIONS if (folder / file).is_file()]

@@ -153,7 +153,7 @@ def orders(results: Results) -> Section:
     for measure, unit, claim in (
         ("time_s", "time", "parts at once are cleared in less time than one after the other"),
         ("distance_m", "distance", "parts at once are cleared with less driving"),
-        ("pursuers", "pursuers", "parts at once are cleared with fewer pursuers"),
+        ("pursuers", "pursuers", "parts at once take more pursuers"),
     ):
         found = section.add(
             ORDERS, "parallel over sequence", unit, "ratio",
@@ -162,7 +162,7 @@ def orders(results: Results) -> Section:
         section.judge(
             "remarks, parallelization" if unit == "time" else "beyond the paper",
             claim,
-            less(found, 1.0),
+            (more if unit == "pursuers" else less)(found, 1.0),
             f"{unit}, parallel over sequence, {found.n} floors: {estimate(found)}",
         )
     lost = {order: [own[order, True] for own in parted] for order in ("sequence", "parallel")}
