@@ -62,7 +62,7 @@ def page(
         "",
         "## What is played",
         "",
-        "The paper gives no floors and no figures of a run: its claims are in its text. Made "
+        "The paper gives no floors and no numbers: its claims are in its text. Made "
         f"floors are ours, {sizes} of each family, with {runs} random corridor trees of 12 "
         "segments where floors are unknown and of 20 where they are known. Intervals are over "
         "random floors alone, which are independent. The verifier looked every plan over.",
