@@ -16,6 +16,7 @@ PAGES = {
     ("splitting", "shadows"): "pursuit-splitting.md",
     ("splitting", "paper"): "pursuit-splitting.md",
     ("unknown-map", "shadows"): "pursuit-unknown.md",
+    ("spanning-trees", "shadows"): "pursuit-graphs.md",
     ("delegation", "shadows"): "pursuit-delegation.md",
 }
 """Where settings are; those of guards are told in words."""

@@ -45,7 +45,7 @@ def pursue(
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
     method
         How: known-map; splitting, by guards until one pursuer suffices for each part; delegation,
-        where pursuers who are stuck ask others for help.
+        where pursuers who are stuck ask others for help; spanning-trees, on the graph of triangles.
     labels
         What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
         claims may be wrong.
