@@ -18,7 +18,7 @@ from conav.status import Status
 
 @dataclass(frozen=True)
 class ClearBySpanningTrees:
-    """Searchers of a graph, as a baseline: they use no more of sight than that triangles are convex.
+    """Searchers of a graph, as a baseline: all they know of sight is that triangles are convex.
 
     A searcher of a triangle stands on a corner of it and sees all of it. It goes over to a
     neighbour by a corner that both share, from which it sees both.
