@@ -44,7 +44,7 @@ _LABELS: dict[tuple[State, State], float] = {
     (Asking.CHOICE, Asking.GUARDS): 0.7,
     (Asking.GUARDS, Asking.CHOICE): 0.7,
 }
-_WIDTH, _HEIGHT = 4.9, 0.9
+_WIDTH, _HEIGHT = 5.5, 0.9
 
 
 def transitions() -> dict[tuple[State, State], list[str]]:
@@ -71,7 +71,7 @@ def save_delegation(path: str | os.PathLike[str]) -> None:
     with figure_file(path, width=1600, height=960) as figure:
         axes = figure.add_subplot(1, 1, 1)
         axes.set_axis_off()
-        axes.set_xlim(-9.8, 18.6)
+        axes.set_xlim(-10.1, 18.9)
         axes.set_ylim(-0.7, 8.2)
         figure.suptitle(
             "The delegation protocol: who asks (left), who may help (right)",
