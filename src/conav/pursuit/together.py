@@ -59,7 +59,11 @@ def move_together(
                 rounds, moments = _earlier(joint, pursuers, rounds, moments, who)
     lasts = _lasts(pursuers, rounds, moments)
     saved = float(schedule.times[-1] - schedule.times[0]) - sum(lasts)
-    if moments[-1].dirty or saved <= _LATER * (1.0 + sum(lasts)):
+    # From less contamination halves are not always taken, so what was kept may not bound it.
+    last: _Moment | None = moments[0]
+    for drives in rounds:
+        last = None if last is None else _after(joint, last, drives)
+    if last is None or last.dirty or saved <= _LATER * (1.0 + sum(lasts)):
         return schedule
     times = float(schedule.times[0]) + np.concatenate([[0.0], np.cumsum(lasts)])
     positions = np.array([moment.places for moment in moments])
