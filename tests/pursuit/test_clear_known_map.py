@@ -242,7 +242,7 @@ def test_progress_may_end_it() -> None:
 
 def test_settings() -> None:
     method = make_method(settings={"weight": "0", "budget": "7"})
-    assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7}
+    assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7, "together": False}
     for bad, words in (
         ({"wieght": 1}, "did you mean weight"),
         ({"budget": 0}, "1 or more"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from conav.geometry.triangulation import Triangulation
+from conav.pursuit.bounds import least_pursuers
 from conav.pursuit.catalogue import OnProgress
 from conav.pursuit.graph_parts import GraphCut, GraphParts, Removed
 from conav.pursuit.navigation_graph import NavigationGraph, known_navigation_graph
@@ -176,12 +177,13 @@ def _carried_out(
     drive = drive_in_sequence if order == "sequence" else drive_in_parallel
     drive(graph, plan, rounds)
     counters["moves"] = len(rounds.active)
+    least = min(least_pursuers(problem.floor), size)
     return PursuitResult(
         Status.DONE,
         "",
         rounds.schedule(),
         pursuers,
-        lower_bound=1,
-        minimal_proved=sound and size == 1,
+        lower_bound=least,
+        minimal_proved=sound and size == least,
         counters=counters,
     )
