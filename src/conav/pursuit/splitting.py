@@ -1,7 +1,7 @@
 """Clearing a known floor by splitting it with guards until one pursuer suffices for each part."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from conav.geometry.triangulation import Triangulation
@@ -16,6 +16,7 @@ from conav.pursuit.split_drives import drive_in_parallel, drive_in_sequence
 from conav.pursuit.split_tree import Plan, in_parallel, in_sequence, posts, split, sweeps
 from conav.pursuit.standing_guards import StandingGuards
 from conav.pursuit.team import LARGEST, known_floor, out_of_budget, team_of
+from conav.pursuit.together import move_together
 from conav.pursuit.types import PursuitProblem, PursuitResult
 from conav.pursuit.vertex_labels import Paths
 from conav.pursuit.vertex_sight import VertexSight
@@ -43,6 +44,8 @@ class Splitting:
     """States expanded for each part; one with more is split."""
     halvings: int = 0
     """How often a drive is halved at most where halves tell more of what was seen in passing."""
+    together: bool = False
+    """Whether drives overlap in time where the floor is cleared all the same."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
@@ -75,7 +78,12 @@ class Splitting:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.expanded})
         counters = {"states": parts.expanded, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters, sound=True)
+        result = _carried_out(problem, graph, plan, self.order, counters, sound=True)
+        if not self.together or result.status is not Status.DONE:
+            return result
+        sooner = move_together(result.schedule, result.pursuers, ShadowMoves(mesh))
+        counters = {**result.counters, "moves": len(sooner.active)}
+        return replace(result, schedule=sooner, counters=counters)
 
 
 @dataclass(frozen=True)
