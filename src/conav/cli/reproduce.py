@@ -224,6 +224,71 @@ def inash(
     return 1 if made.failed or made.broken else code
 
 
+@reproduce.command(name="pursuit")
+def pursuit(
+    *,
+    out: Path = Path("reproduction-pursuit"),
+    runs: Whole = 20,
+    seed: Whole = 0,
+    sizes: Whole = 3,
+    jobs: Whole | None = None,
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Pellier, Fiorino 2005: coordinated exploration and pursuit-evasion.
+
+    Cases are kept as they end: the same command goes on where it was stopped, and with more runs or
+    sizes only those are played that are missing.
+
+    Parameters
+    ----------
+    out
+        Folder for the page, the numbers, the pictures, and the cases that were played.
+    runs
+        Random floors of each study.
+    seed
+        Seed of the first random floor; each further one has the next.
+    sizes
+        How many floors of each made family, the small ones first: 1 to 3.
+    jobs
+        Processes. Default: one per processor.
+    plots
+        Draw the pictures.
+    json
+        Print one JSON object instead of the summary.
+    quiet
+        Print nothing but errors.
+    """
+    from conav.compiled import compiled_before
+    from conav.experiments.pursuit.reproduce import reproduce as run
+
+    if not quiet and not compiled_before():
+        print(
+            "conav: compiling the kernels; this happens once and takes up to a minute",
+            file=sys.stderr,
+        )
+    shown = sys.stderr.isatty() and not quiet
+
+    def progress(done: int, total: int) -> None:
+        if shown:
+            print(f"\rconav: {done} of {total} cases ", end="", file=sys.stderr, flush=True)
+
+    made = run(
+        out,
+        runs=runs,
+        seed=seed,
+        sizes=sizes,
+        jobs=jobs if jobs is not None else os.cpu_count() or 1,
+        plots=plots,
+        progress=progress,
+    )
+    if shown:
+        print(file=sys.stderr)
+    code = _told(made, json=json, quiet=quiet)
+    return 1 if made.failed else code
+
+
 def _told(made: Any, *, json: bool, quiet: bool) -> int:
     """The exit code, after what was made was told of."""
     for warning in made.warnings if not quiet else ():
