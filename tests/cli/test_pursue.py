@@ -33,6 +33,18 @@ def test_json(conav: Callable[..., Any]) -> None:
     assert summary["time_s"] == pytest.approx(summary["distance_m"] / 2)
 
 
+def test_random_evaders(conav: Callable[..., Any]) -> None:
+    arguments = ("pursue", "rooms:3", "--evader", "random", "--evaders", "40")
+    lines = conav(*arguments, "--evader-speed", "0.5").out.splitlines()
+    assert lines[2].startswith("  40 of 40 random evaders at 0.5 m/s seen, after ")
+    one, again, other = (
+        json.loads(conav(*arguments, "--seed", seed, "--json").out) for seed in ("4", "4", "5")
+    )
+    assert one["evader"] == again["evader"] != other["evader"]
+    assert one["evader"]["caught"] == 40
+    assert 0.0 < one["evader"]["mean_s"] < one["time_s"]
+
+
 def test_what_labels_claim_is_judged(conav: Callable[..., Any]) -> None:
     arguments = ("pursue", "rooms:3", "--method", "splitting", "--labels", "paper")
     outcome = conav(*arguments)
@@ -92,6 +104,11 @@ def test_a_team_that_is_too_small(conav: Callable[..., Any]) -> None:
         (("ring", "--start", "50,50"), "off the floor"),
         (("ring", "--speed", "0"), "metres per second"),
         (("ring", "--set", "wieght=1"), "did you mean weight"),
+        (("ring", "--evader", "clever"), "there is: random"),
+        (("ring", "--evader-speed", "2"), "add --evader random"),
+        (("ring", "--seed", "2"), "add --evader random"),
+        (("ring", "--evader", "random", "--evaders", "0"), "give 1 or more"),
+        (("ring", "--evader", "random", "--evader-speed=-1"), "give 0 m/s or more"),
         (("ring", "--method", "spliting"), "did you mean splitting?"),
         (("ring", "--labels", "none"), "there are: shadows, paper"),
         (("ring", "--method", "delegation", "--labels", "paper"), "there are: shadows"),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from conav.errors import InputError
+from conav.planning.best_response import LEAST_GAIN
 from conav.planning.inash import INash
 from conav.planning.plan import plan
 from conav.planning.team import build_team
@@ -29,12 +30,16 @@ def costs_over_time(result: PlanningResult) -> list[tuple[str, np.ndarray]]:
 
 
 def check_never_rises(result: PlanningResult) -> None:
-    """No component of anybody's cost rises, but where paths for all were looked for."""
+    """No component of anybody's cost rises, but where paths for all were looked for.
+
+    Of two costs one may rise by a rounding for a gain in the other.
+    """
+    rounding = LEAST_GAIN if len(result.costs[0]) > 1 else 0.0
     lines = costs_over_time(result)
     for (_, before), (stage, after) in pairwise(lines):
         if stage != "feasibility":
             had = np.isfinite(before)
-            assert (after[had] <= before[had]).all()
+            assert (after[had] <= before[had] + rounding).all()
         if np.isfinite(before).all():
             assert stage != "feasibility"
             assert after.sum() <= before.sum()

@@ -20,6 +20,7 @@ from conav.errors import InputError
 from conav.planning.trajectory import positions, straight
 from conav.planning.types import DOUBLE_INTEGRATOR, DUBINS_CAR, PlanningRobot, Trajectory
 from conav.planning.verify import CHECKS, verify_plan
+from conav.planning.verify_claims import costs_of
 from conav.runs.types import PlanRun
 
 from .hand_plan import hand_problem, hand_result, hand_trajectories, write_plan
@@ -404,3 +405,9 @@ def test_nonsense_is_refused_or_reported(hand: PlanRun, which: int, junk: Any, p
     inside[last] = junk
     with suppress(InputError):
         verify_plan(replace(hand, **{part: content}))
+
+
+def test_a_length_whose_cross_velocity_is_lost_when_squared() -> None:
+    slow = 1.1125369292536007e-308
+    piece = np.array([[4.0, 4.2, 3.75, 4.75, slow, 0.0, -5.0 * slow, -1.0, 0.0]])
+    assert costs_of(piece, ("length",)) == pytest.approx([0.02])

@@ -88,10 +88,22 @@ def test_too_few_pursuers_are_told(name: str) -> None:
 
 
 def test_what_no_search_finds_is_not_called_impossible() -> None:
-    result = cleared(load_floor_plan("triples:3"), most=2, method=ClearKnownMap(budget=2000))
+    larger = PolygonMap(load_floor_plan("triples:3").outer * 1.5)
+    result = cleared(larger, most=2, method=ClearKnownMap(budget=2000))
     assert result.status == "out_of_budget"
     assert "2 pursuers" in result.reason
     assert result.lower_bound == 2
+
+
+def test_nested_triples_are_infeasible_for_smaller_teams_by_theorem() -> None:
+    floor = load_floor_plan("triples:3")
+    result = cleared(floor, most=2, method=ClearKnownMap(budget=2000))
+    assert result.status == "infeasible"
+    assert "2 pursuers cannot" in result.reason
+    assert result.lower_bound == 3
+    enough = cleared(floor)
+    assert (len(enough.pursuers), enough.lower_bound, enough.minimal_proved) == (3, 3, True)
+    assert verdict(floor, enough) == "captured"
 
 
 def test_a_team_larger_than_needed_is_used() -> None:
@@ -230,7 +242,7 @@ def test_progress_may_end_it() -> None:
 
 def test_settings() -> None:
     method = make_method(settings={"weight": "0", "budget": "7"})
-    assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7}
+    assert settings_of(method) == {"places": "auto", "weight": 0.0, "budget": 7, "together": False}
     for bad, words in (
         ({"wieght": 1}, "did you mean weight"),
         ({"budget": 0}, "1 or more"),

@@ -16,6 +16,7 @@ PAGES = {
     ("splitting", "shadows"): "pursuit-splitting.md",
     ("splitting", "paper"): "pursuit-splitting.md",
     ("unknown-map", "shadows"): "pursuit-unknown.md",
+    ("spanning-trees", "shadows"): "pursuit-graphs.md",
     ("delegation", "shadows"): "pursuit-delegation.md",
 }
 """Where settings are; those of guards are told in words."""
@@ -39,3 +40,9 @@ def test_settings_are_on_the_page_of_their_method(key: tuple[str, str]) -> None:
 def test_the_protocol_on_its_page_is_the_programs() -> None:
     page = (DOCS / "pursuit-delegation.md").read_text()
     assert protocol_table() in page
+
+
+def test_ways_of_random_evaders_are_on_the_page() -> None:
+    page = (DOCS / "pursuit.md").read_text()
+    for option in ("--evader random", "--evader-speed", "--evaders", "--seed"):
+        assert f"{option}`" in page or f"{option} " in page

@@ -1,5 +1,6 @@
 """Guards that part a floor, and one searcher in a part."""
 
+import numpy as np
 import pytest
 
 from conav.geometry.triangulation import triangulate
@@ -76,3 +77,16 @@ def test_holes_that_need_two() -> None:
     u_shape = [(3, 3), (3, 7), (4, 7), (4, 4), (6, 4), (6, 7), (7, 7), (7, 3)]
     around = PolygonMap([(0, 0), (10, 0), (10, 10), (0, 10)], [u_shape])
     assert least_pursuers(around) == 1  # not proved
+
+
+def test_nested_triples_need_as_many_as_they_are_deep() -> None:
+    for depth in (1, 2, 3):
+        outer = load_floor_plan(f"triples:{depth}").outer
+        assert least_pursuers(PolygonMap(outer)) == depth
+        # Whichever corner comes first.
+        assert least_pursuers(PolygonMap(np.roll(outer, 3, axis=0))) == depth
+        if depth > 1:
+            # The theorem is about these corners and no others.
+            moved = outer.copy()
+            moved[0] += 0.01
+            assert least_pursuers(PolygonMap(moved)) == 1

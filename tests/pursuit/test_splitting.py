@@ -12,6 +12,7 @@ from conav.geometry.triangulation import triangulate
 from conav.maps.load_floor_plan import load_floor_plan
 from conav.maps.polygon_map import PolygonMap
 from conav.pursuit.beliefs import hidden_now
+from conav.pursuit.bounds import least_pursuers
 from conav.pursuit.catalogue import make_method
 from conav.pursuit.navigation_graph import known_navigation_graph
 from conav.pursuit.shadow_moves import Point, ShadowMoves
@@ -132,7 +133,8 @@ def test_plans_capture(name: str, sizes: tuple[int, int]) -> None:
             result = solved(floor, make_method("splitting", settings={"cut": cut, "order": order}))
             assert result.status == "done"
             assert len(result.pursuers) == size
-            assert result.minimal_proved == (size == 1)
+            assert result.lower_bound == least_pursuers(floor)
+            assert result.minimal_proved == (size == result.lower_bound)
             assert verdict(floor, result) == "captured"
             times.append(float(result.schedule.times[-1]))
         assert times[1] <= times[0] + 1e-9

@@ -28,6 +28,10 @@ def pursue(
     reach: float | None = None,
     fault: Annotated[list[str] | None, Parameter(negative="")] = None,
     set: Annotated[list[str] | None, Parameter(negative="")] = None,
+    evader: str | None = None,
+    evader_speed: float | None = None,
+    evaders: int | None = None,
+    seed: int | None = None,
     resolution: float | None = None,
     out: Path | None = None,
     png: Path | None = None,
@@ -45,7 +49,7 @@ def pursue(
         A floor plan or grid map, or a made one's name: rooms:3, office; conav maps lists those.
     method
         How: known-map; splitting, by guards until one pursuer suffices for each part; delegation,
-        where pursuers who are stuck ask others for help.
+        where pursuers who are stuck ask others for help; spanning-trees, on the graph of triangles.
     labels
         What is called clear or contaminated: shadows, or critical vertices as in the paper, whose
         claims may be wrong.
@@ -66,6 +70,14 @@ def pursue(
         Who is lost when, as pursuer_2:dies:30; may be repeated; delegation only.
     set
         A setting of the method, name=value; may be repeated.
+    evader
+        random: tell also when evaders that walk at random are seen on average.
+    evader_speed
+        With --evader: how fast they walk [m/s]. Default: 1.
+    evaders
+        With --evader: how many are simulated, one at a time. Default: 200.
+    seed
+        With --evader: of their ways. Default: 0.
     resolution
         Metres per pixel, for a bare picture.
     out
@@ -100,6 +112,7 @@ def pursue(
     if after is not None and png is None:
         raise InputError(f"after {after}", "is for pictures", "add --png")
     method = "unknown-map" if unknown else method
+    crowd = _crowd(evader, evader_speed, evaders, seed)
 
     from conav.compiled import compiled_before
     from conav.maps.load_floor_plan import load_floor_plan
@@ -138,6 +151,9 @@ def pursue(
     found = None
     if result.status == "done":
         found = verify_schedule(floor, result.schedule, (None,) * len(result.pursuers))
+    seen = None
+    if crowd is not None and result.status == "done":
+        seen = _seen(floor, result.schedule, *crowd)
     with tempfile.TemporaryDirectory() as folder:
         run = out if out is not None else Path(folder) / "pursuit.mcap"
         if out is not None or png is not None:
@@ -179,6 +195,7 @@ def pursue(
         "explored": result.explored,
         "recontaminations": result.recontaminations,
         "counters": dict(result.counters),
+        "evader": seen,
         "compute_s": round(compute_s, 3),
         "run": None if out is None else str(out),
     }
@@ -200,6 +217,48 @@ def _size(text: str) -> int | None:
     if not 1 <= size <= 60:
         raise InputError(f"pursuers {text!r}", "is no team size", "give auto, or 1 to 60")
     return size
+
+
+def _crowd(
+    evader: str | None, speed: float | None, evaders: int | None, seed: int | None
+) -> tuple[float, int, int] | None:
+    """Speed [m/s], number and seed of random evaders; None without."""
+    if evader is None:
+        for name, value in (("evader-speed", speed), ("evaders", evaders), ("seed", seed)):
+            if value is not None:
+                raise InputError(f"{name} {value}", "is for evaders", "add --evader random")
+        return None
+    if evader != "random":
+        raise InputError(f"evader {evader!r}", "is not known", "there is: random")
+    speed = 1.0 if speed is None else speed
+    evaders = 200 if evaders is None else evaders
+    seed = 0 if seed is None else seed
+    if not 0.0 <= speed < float("inf"):
+        raise InputError(f"evader-speed {speed:g}", "is no speed", "give 0 m/s or more")
+    if evaders < 1:
+        raise InputError(f"evaders {evaders}", "are none", "give 1 or more")
+    if seed < 0:
+        raise InputError(f"seed {seed}", "is negative", "give 0 or more")
+    return speed, evaders, seed
+
+
+def _seen(floor: Any, schedule: Any, speed: float, evaders: int, seed: int) -> dict[str, Any]:
+    from conav.pursuit.random_evaders import random_evader_capture_times
+
+    ranges = (None,) * schedule.positions.shape[1]
+    found = random_evader_capture_times(
+        floor, schedule, ranges, speed_mps=speed, evaders=evaders, seed=seed
+    )
+    mean, error = found.mean_s, found.standard_error_s
+    return {
+        "model": "random",
+        "speed_mps": speed,
+        "evaders": evaders,
+        "seed": seed,
+        "caught": found.caught,
+        "mean_s": None if mean is None else round(mean, 6),
+        "standard_error_s": None if error is None else round(error, 6),
+    }
 
 
 def _point(text: str) -> tuple[float, float]:
@@ -232,6 +291,13 @@ def _print_summary(summary: dict[str, Any], png: Path | None) -> None:
             print(
                 f"  {100 * summary['explored']:.4g}% explored, contaminated again after "
                 f"{summary['recontaminations']} drives"
+            )
+        seen = summary["evader"]
+        if seen is not None:
+            when = "" if seen["mean_s"] is None else f", after {seen['mean_s']:.1f} s on average"
+            print(
+                f"  {seen['caught']} of {seen['evaders']} random evaders at "
+                f"{seen['speed_mps']:g} m/s seen{when}"
             )
         counters = summary["counters"]
         if "messages" in counters:

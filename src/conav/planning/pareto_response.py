@@ -71,6 +71,7 @@ def _can_better(
     for i in range(len(cost)):
         total = cost[i] + rest[i]
         # Equal lengths by other vertices differ by rounding, which must not hide a gain elsewhere.
+        # Of two costs one may so rise by less than the other falls: the sum falls, and rounds end.
         if not total <= present[i] + LEAST_GAIN or total == np.inf:
             return False
         better |= total < present[i] - LEAST_GAIN

@@ -161,6 +161,7 @@ def _length(piece: NDArray[np.float64]) -> float:
     u, k = (vx * ax + vy * ay) / a / a, abs(vx * ay - vy * ax) / a / a
 
     def primitive(s: float) -> float:
-        return s * hypot(s, k) + (k * k * asinh(s / k) if k > 0.0 else 0.0)
+        # What is lost when squared adds nothing, and s / k would overflow.
+        return s * hypot(s, k) + (k * k * asinh(s / k) if k * k > 0.0 else 0.0)
 
     return a * (primitive(u + duration) - primitive(u)) / 2.0

@@ -5,21 +5,24 @@ import shapely
 
 from conav.geometry.view_cells import cell_border, view_cells
 from conav.geometry.view_cells import shadows as shadows_of
+from conav.pursuit.joint_drives import JointDrives
 from conav.pursuit.shadow_moves import Point, ShadowMoves
 from conav.pursuit.types import HiddenRegion, Schedule
 
 
 def beliefs_of(shadows: ShadowMoves, schedule: Schedule) -> dict[int, tuple[HiddenRegion, ...]]:
-    """All that is hidden after each leg of a schedule, in which one pursuer drives at a time."""
+    """All that is hidden after each leg of a schedule, in which everybody sees all the time."""
+    joint = JointDrives(shadows)
     beliefs: dict[int, tuple[HiddenRegion, ...]] = {}
     team = _points(schedule, 0)
     dirty = (1 << shadows.shadows(team).count) - 1
     for leg in range(len(schedule.active)):
         after = _points(schedule, leg + 1)
         moved = [i for i in range(len(team)) if team[i] != after[i]]
-        for i in moved:  # one at most
-            others = (*team[:i], *team[i + 1 :])
-            dirty = shadows.after(others, team[i], after[i], dirty)
+        if moved:
+            others = shadows.team([at for i, at in enumerate(team) if i not in moved])
+            drives = tuple((shadows.number(team[i]), shadows.number(after[i])) for i in moved)
+            dirty = joint.after(others, drives, dirty)
         team = after
         beliefs[leg] = hidden_now(shadows, team, dirty)
     return beliefs

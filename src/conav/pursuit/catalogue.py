@@ -23,6 +23,7 @@ METHODS: dict[str, dict[str, str]] = {
     },
     "unknown-map": {"shadows": "conav.pursuit.clear_unknown_map:ClearUnknownMap"},
     "guards": {"shadows": "conav.pursuit.clear_by_guards:ClearByGuards"},
+    "spanning-trees": {"shadows": "conav.pursuit.clear_by_spanning_trees:ClearBySpanningTrees"},
     "delegation": {"shadows": "conav.pursuit.delegation:Delegation"},
 }
 """Method -> labels -> "module:class"; nothing is imported before it is asked for."""

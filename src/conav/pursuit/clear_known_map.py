@@ -15,6 +15,7 @@ from conav.pursuit.catalogue import OnProgress
 from conav.pursuit.known_map_plans import Limits, Plan, Plans
 from conav.pursuit.schedule import schedule_of
 from conav.pursuit.team import known_floor, may_grow, out_of_budget, team_of
+from conav.pursuit.together import move_together
 from conav.pursuit.types import PursuitProblem, PursuitResult
 from conav.status import Status
 
@@ -31,6 +32,8 @@ class ClearKnownMap:
     budget: int = 100_000
     """For each team size, roadmap and way of searching: windows of the views laid over each other.
     A million takes five seconds or so."""
+    together: bool = False
+    """Whether drives overlap in time where the floor is cleared all the same."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
@@ -59,7 +62,7 @@ class ClearKnownMap:
         if first == 1 and (quick is None or size > 1):
             alone = plans.alone()
             if alone is not None:
-                return _result(problem, 1, alone, plans)
+                return self._result(problem, 1, alone, plans)
         smaller = size - (quick is not None and self.weight > 0.0)
         while smaller >= max(first, plans.least):
             found = plans.thorough(smaller)
@@ -69,27 +72,32 @@ class ClearKnownMap:
                 break
             best = smaller, found
             smaller -= 1
-        return _nothing(problem, size, plans) if best is None else _result(problem, *best, plans)
+        return (
+            _nothing(problem, size, plans) if best is None else self._result(problem, *best, plans)
+        )
 
-
-def _result(problem: PursuitProblem, size: int, plan: Plan, plans: Plans) -> PursuitResult:
-    pursuers = team_of(problem, size)
-    schedule = schedule_of(pursuers, plan.roadmap.points, plan.moves)
-    return PursuitResult(
-        Status.DONE,
-        "",
-        schedule,
-        pursuers,
-        lower_bound=min(plans.least, size),
-        minimal_proved=size <= plans.least,
-        counters={
-            "moves": len(plan.moves),
-            "expanded": plans.expanded,
-            "arrangements": plans.shadows.arrangements,
-            "places": len(plan.roadmap.points),
-        },
-        beliefs=beliefs_of(plans.shadows, schedule),
-    )
+    def _result(
+        self, problem: PursuitProblem, size: int, plan: Plan, plans: Plans
+    ) -> PursuitResult:
+        pursuers = team_of(problem, size)
+        schedule = schedule_of(pursuers, plan.roadmap.points, plan.moves)
+        if self.together:
+            schedule = move_together(schedule, pursuers, plans.shadows)
+        return PursuitResult(
+            Status.DONE,
+            "",
+            schedule,
+            pursuers,
+            lower_bound=min(plans.least, size),
+            minimal_proved=size <= plans.least,
+            counters={
+                "moves": len(plan.moves),
+                "expanded": plans.expanded,
+                "arrangements": plans.shadows.arrangements,
+                "places": len(plan.roadmap.points),
+            },
+            beliefs=beliefs_of(plans.shadows, schedule),
+        )
 
 
 def _nothing(problem: PursuitProblem, size: int, plans: Plans, reason: str = "") -> PursuitResult:

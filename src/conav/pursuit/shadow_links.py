@@ -65,7 +65,7 @@ def link_shadows(
     )
     both = seen_by & (at_begin | at_end) == at_begin | at_end
     if holes.shape[0] > 0:
-        _leave_out_triangles_with_holes(
+        leave_out_triangles_with_holes(
             points, wall_ends, holes, cells, points[wall_ends.shape[0] + viewpoints[n]],
             points[wall_ends.shape[0] + viewpoints[n + 1]], both,
         )  # fmt: skip
@@ -118,7 +118,7 @@ def cells_at(cells: ViewCells, wall_ends: Ints, chosen: NDArray[np.bool_]) -> ND
 
 
 @kernel
-def _leave_out_triangles_with_holes(
+def leave_out_triangles_with_holes(
     points: Floats, wall_ends: Ints, holes: Ints, cells: ViewCells, a: Floats, b: Floats,
     both: NDArray[np.bool_],
 ) -> None:  # fmt: skip

@@ -21,7 +21,7 @@ from conav.geometry.view_cells import ViewCells, cells_of_table
 from conav.geometry.view_cells import shadows as shadows_of
 from conav.geometry.view_chords import ViewTable
 from conav.geometry.visibility import VisibilityPolygon, visibility_polygon
-from conav.pursuit.shadow_links import cells_at, link_shadows
+from conav.pursuit.shadow_links import cells_at, leave_out_triangles_with_holes, link_shadows
 
 Point = tuple[float, float]
 Floats = NDArray[np.float64]
@@ -130,7 +130,7 @@ class ShadowMoves:
     def numbered_shadows(self, team: Team) -> Shadows:
         """As `shadows`."""
         if team not in self._standing:
-            cells = self._cells(np.array(team, np.int64))
+            cells = self.cells(np.array(team, np.int64))
             labels = shadows_of(cells)
             areas = np.zeros(int(labels.max()) + 1)
             np.add.at(areas, labels[labels >= 0], cells.areas[labels >= 0])
@@ -145,7 +145,7 @@ class ShadowMoves:
         left = self.halvings if halvings is None else halvings
         if not doubt or left == 0:
             return bits
-        middle = self._middle(a, b)
+        middle = self.middle(a, b)
         if middle < 0:
             return bits
         half_way = self.numbered_after(others, a, middle, contaminated, left - 1)
@@ -161,7 +161,7 @@ class ShadowMoves:
             who = np.array((*others, a, b), np.int64)
             old, new, old_areas, new_areas, reaches = link_shadows(
                 self._table.points, self.floor.wall_ends, self._holes, self._frontiers,
-                self._cells(who), who,
+                self.cells(who), who,
             )  # fmt: skip
             ends = (tuple(sorted({*others, a})), tuple(sorted({*others, b})))
             if self.frontiers is None:
@@ -196,13 +196,23 @@ class ShadowMoves:
         exposed = sum(1 << number for number in np.unique(labels[at & (labels >= 0)]).tolist())
         return Shadows(areas, exposed, 1 << len(areas))
 
-    def _cells(self, viewpoints: NDArray[np.int64]) -> ViewCells:
+    def leave_out_holes(self, cells: ViewCells, a: int, b: int, both: NDArray[np.bool_]) -> None:
+        """Takes cells out of `both` whose triangles with viewpoints a and b may hold a hole."""
+        if len(self._holes):
+            first = len(self.floor.wall_ends)
+            leave_out_triangles_with_holes(
+                self._table.points, self.floor.wall_ends, self._holes, cells,
+                self._table.points[first + a], self._table.points[first + b], both,
+            )  # fmt: skip
+
+    def cells(self, viewpoints: NDArray[np.int64]) -> ViewCells:
+        """The cells of these viewpoints' views, by number; bit i is the i-th."""
         starts = self._table.starts
         self.arrangements += 1
         self.windows += int((starts[viewpoints + 1] - starts[viewpoints]).sum())
         return cells_of_table(self._table, viewpoints)
 
-    def _middle(self, a: int, b: int) -> int:
+    def middle(self, a: int, b: int) -> int:
         """The viewpoint half-way; -1 where rounding takes it to an end or off the floor."""
         key = (a, b) if a < b else (b, a)
         if key not in self._middles:

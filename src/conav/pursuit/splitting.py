@@ -1,10 +1,11 @@
 """Clearing a known floor by splitting it with guards until one pursuer suffices for each part."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from conav.geometry.triangulation import Triangulation
+from conav.pursuit.bounds import least_pursuers
 from conav.pursuit.catalogue import OnProgress
 from conav.pursuit.graph_parts import GraphCut, GraphParts, Removed
 from conav.pursuit.navigation_graph import NavigationGraph, known_navigation_graph
@@ -16,6 +17,7 @@ from conav.pursuit.split_drives import drive_in_parallel, drive_in_sequence
 from conav.pursuit.split_tree import Plan, in_parallel, in_sequence, posts, split, sweeps
 from conav.pursuit.standing_guards import StandingGuards
 from conav.pursuit.team import LARGEST, known_floor, out_of_budget, team_of
+from conav.pursuit.together import move_together
 from conav.pursuit.types import PursuitProblem, PursuitResult
 from conav.pursuit.vertex_labels import Paths
 from conav.pursuit.vertex_sight import VertexSight
@@ -43,6 +45,8 @@ class Splitting:
     """States expanded for each part; one with more is split."""
     halvings: int = 0
     """How often a drive is halved at most where halves tell more of what was seen in passing."""
+    together: bool = False
+    """Whether drives overlap in time where the floor is cleared all the same."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.weight < float("inf"):
@@ -75,7 +79,12 @@ class Splitting:
         except Stopped:
             return out_of_budget(problem.pursuers, "it was stopped", {"states": parts.expanded})
         counters = {"states": parts.expanded, "largest": parts.largest}
-        return _carried_out(problem, graph, plan, self.order, counters, sound=True)
+        result = _carried_out(problem, graph, plan, self.order, counters, sound=True)
+        if not self.together or result.status is not Status.DONE:
+            return result
+        sooner = move_together(result.schedule, result.pursuers, ShadowMoves(mesh))
+        counters = {**result.counters, "moves": len(sooner.active)}
+        return replace(result, schedule=sooner, counters=counters)
 
 
 @dataclass(frozen=True)
@@ -168,12 +177,13 @@ def _carried_out(
     drive = drive_in_sequence if order == "sequence" else drive_in_parallel
     drive(graph, plan, rounds)
     counters["moves"] = len(rounds.active)
+    least = min(least_pursuers(problem.floor), size)
     return PursuitResult(
         Status.DONE,
         "",
         rounds.schedule(),
         pursuers,
-        lower_bound=1,
-        minimal_proved=sound and size == 1,
+        lower_bound=least,
+        minimal_proved=sound and size == least,
         counters=counters,
     )
